@@ -236,6 +236,151 @@ fn servos_that_lag_are_placed_where_the_machine_was() {
     }
 }
 
+/// A plan whose tests differ from those that ran.
+fn edited(planned: &Planned, edit: impl Fn(&mut fiveaxis::session::Test)) -> fiveaxis::session::Session {
+    let mut session = planned.session.clone();
+    session.tests.iter_mut().for_each(edit);
+    session
+}
+
+#[test]
+fn a_wait_shorter_than_every_program_s_is_refused() {
+    let planned = &*MARKED;
+    for (pair, longer_s) in [(0, 0.3), (1, 1.0)] {
+        let seed = 500 + pair as u64;
+        let drawn = planned.drawn(&mut Erring::drawn(&planned.session.machine, seed), pair, seed, Kind::Sound);
+        // all programs of the session wait longer than this one did
+        let longest_s = planned.session.tests.iter().filter_map(|test| test.marks).fold(0.0, |s, own| own.gap_s.max(s));
+        let session = edited(planned, |test| {
+            test.marks = test.marks.map(|own| fiveaxis::session::Marks { gap_s: longest_s + longer_s, ..own });
+        });
+        let why = place(&session, &planned.pairs, &drawn.capture, Feeds::Programmed).expect_err(&drawn.says);
+        println!("{}: {why}", drawn.says);
+        assert!(matches!(why, ImportError::WaitsLess { .. }), "{}: {why}", drawn.says);
+        place(&planned.session, &planned.pairs, &drawn.capture, Feeds::Programmed).expect(&drawn.says);
+    }
+}
+
+#[test]
+fn what_ends_where_the_search_ends_is_not_placed() {
+    let planned = &*SLOW;
+    let mut at_bound = 0;
+    for (pair, slower) in (0..planned.pairs.len()).zip([1.13, 1.14].into_iter().cycle()) {
+        let seed = 600 + pair as u64;
+        let mut erring = Erring::drawn(&planned.session.machine, seed);
+        let drawn = planned.drawn_by(&mut erring, pair, seed, Kind::Sound, Habit::Plain);
+        // the runs of this program are slower than the session says, and its marks are not
+        let session = edited(planned, |test| test.feed_mm_per_min = test.feed_mm_per_min.map(|feed| slower * feed));
+        match place(&session, &[planned.pairs[pair]], &drawn.capture, Feeds::Programmed) {
+            Ok(found) => {
+                let timing = found.timing;
+                println!("{}: paces {:?} ramp {:.2} s", drawn.says, timing.paces, timing.ramp_s);
+                assert!(timing.paces.iter().all(|pace| *pace > 0.901) && timing.ramp_s < 1.11, "{timing:?}");
+            }
+            Err(why) => {
+                println!("{}: {why}", drawn.says);
+                at_bound += usize::from(matches!(why, ImportError::AtBound { .. } | ImportError::OtherFeed { .. }));
+            }
+        }
+    }
+    assert!(at_bound > 0);
+}
+
+/// A capture with rows before it and behind it, so many s of each reading.
+fn framed(drawn: &mut Drawn, before: &[(f64, f64)], behind: &[(f64, f64)]) {
+    let step_s = drawn.capture.time_s[1] - drawn.capture.time_s[0];
+    let rows = |parts: &[(f64, f64)]| -> Vec<f64> {
+        parts.iter().flat_map(|(seconds, mm)| vec![*mm; (seconds / step_s) as usize]).collect()
+    };
+    let (before, behind) = (rows(before), rows(behind));
+    let first_s = drawn.capture.time_s[0];
+    let place = |row: usize| drawn.positions[row].clone();
+    let (first, last) = (place(0), place(drawn.positions.len() - 1));
+    drawn.positions.splice(0..0, vec![first; before.len()]);
+    drawn.positions.extend(vec![last; behind.len()]);
+    let all = before.len() + drawn.capture.time_s.len() + behind.len();
+    drawn.capture.time_s = (0..all).map(|row| first_s + (row as f64 - before.len() as f64) * step_s).collect();
+    drawn.capture.reading_mm.splice(0..0, before);
+    drawn.capture.reading_mm.extend(behind);
+}
+
+#[test]
+fn what_lies_outside_of_the_marks_is_cut_off() {
+    let planned = &*SLOW;
+    let mut cases = 0;
+    for (before, behind) in [
+        (vec![(6.0, 1.0), (2.0, 0.4)], vec![]),
+        (vec![], vec![(20.0, 1.0)]),
+        (vec![(5.0, -0.9)], vec![(40.0, 0.999)]),
+        // lengthened by hand, as a mark does
+        (vec![(1.0, 0.0), (1.5, 0.5), (1.0, 0.0)], vec![]),
+    ] {
+        let (pair, seed) = (cases % planned.pairs.len(), 700 + cases as u64);
+        cases += 1;
+        let mut erring = Erring::drawn(&planned.session.machine, seed);
+        let mut drawn = planned.drawn(&mut erring, pair, seed, Kind::Sound);
+        let whole = place(&planned.session, &planned.pairs, &drawn.capture, Feeds::Programmed).expect(&drawn.says);
+        assert_eq!(whole.cut_s, [0.0; 2], "{}", drawn.says);
+        framed(&mut drawn, &before, &behind);
+        let placement = place(&planned.session, &planned.pairs, &drawn.capture, Feeds::Programmed)
+            .unwrap_or_else(|why| panic!("{}: {why}", drawn.says));
+        assert_eq!(placement.pair, planned.pairs[pair], "{}", drawn.says);
+        let (off, _) = planned.compared(&drawn, &placement);
+        println!("{}: off {off:.4} sigma {:.4} cut {:?}", drawn.says, placement.position_sigma, placement.cut_s);
+        assert!(off < REACH_DEG.max(4.0 * placement.position_sigma), "{}: misplaced by {off}", drawn.says);
+        for (cut_s, parts) in placement.cut_s.iter().zip([&before, &behind]) {
+            let moved_s: f64 = parts.iter().filter(|(_, mm)| mm.abs() > 0.1).map(|(seconds, _)| seconds).sum();
+            assert!(*cut_s > moved_s - 0.2, "{}: {cut_s} s of {parts:?}", drawn.says);
+        }
+        // nothing is cut between the marks: looked at once
+        if cases == 1 {
+            let rows = (2.0 / (drawn.capture.time_s[1] - drawn.capture.time_s[0])) as usize;
+            let mut touched = drawn.capture.clone();
+            let from = touched.time_s.partition_point(|time| *time < placement.timing.start_s[0] + 5.0);
+            touched.reading_mm[from..from + rows].fill(1.2);
+            let found = place(&planned.session, &planned.pairs, &touched, Feeds::Programmed);
+            assert!(found.is_err(), "{}: touched", drawn.says);
+        }
+    }
+}
+
+#[test]
+fn halves_of_two_machines_are_told() {
+    let planned = &*SLOW;
+    let pair = planned.pairs.iter().position(|pair| planned.session.tests[pair.tests[0]].name.starts_with("xy"));
+    let pair = pair.expect("a circle");
+    let drawn = |erring: u64| {
+        let mut erring = Erring::drawn(&planned.session.machine, erring);
+        planned.drawn(&mut erring, pair, 801, Kind::Sound)
+    };
+    let one = drawn(801);
+    let placed =
+        |capture: &fiveaxis::import::Capture| place(&planned.session, &planned.pairs, capture, Feeds::Programmed);
+    let sound = placed(&one.capture).expect(&one.says);
+    assert_eq!(sound.runs_apart_mm, None);
+    let from = one.capture.time_s.partition_point(|time| *time < sound.marks_s[1][1] + 0.3);
+    let run_s = [sound.timing.start_s[1], sound.timing.start_s[1] + sound.timing.moving_s(1, sound.course.run_s)];
+    // the second run of other machines, and of one whose ball stands elsewhere
+    let of_others = (802..805).map(|seed| drawn(seed).capture.reading_mm[from..].to_vec());
+    let elsewhere = one.capture.time_s.iter().zip(&one.capture.reading_mm).skip(from).map(|(time, reading)| {
+        let share = ((time - run_s[0]) / (run_s[1] - run_s[0])).clamp(0.0, 1.0);
+        reading + 0.06 * (std::f64::consts::TAU * share).sin()
+    });
+    let mut told = 0;
+    for half in of_others.chain([elsewhere.collect()]) {
+        let mut spliced = one.capture.clone();
+        spliced.reading_mm[from..].copy_from_slice(&half);
+        match placed(&spliced) {
+            Ok(found) => {
+                println!("{}: left {:.4} mm, apart {:?} mm", one.says, found.left_mm, found.runs_apart_mm);
+                told += usize::from(found.runs_apart_mm.is_some_and(|[together, each]| together > 4.0 * each));
+            }
+            Err(why) => println!("{}: {why}", one.says),
+        }
+    }
+    assert!(told > 0);
+}
+
 #[test]
 #[ignore = "takes 10 to 20 s: runs with --include-ignored, as in .ci/run all"]
 fn an_override_is_placed_where_it_is_asked_for() {
@@ -655,6 +800,120 @@ fn files_of_gauges_are_read_and_others_refused() {
     }
     let xml = read("g.b5r", "<Test><A>1 2 3</A></Test>", none).unwrap_err();
     assert!(xml.starts_with("g.b5r: is XML without a list of at least 30 readings (numbers found in: A)"), "{xml}");
+}
+
+#[test]
+fn names_and_numbers_of_many_gauges_are_read() {
+    let folder = tempfile::tempdir().unwrap();
+    let read = |text: &str| {
+        let file = folder.path().join("a.csv");
+        std::fs::write(&file, text).unwrap();
+        let why = |why: fiveaxis::load::LoadError| why.to_string().rsplit('/').next().unwrap_or_default().to_string();
+        load_capture(&file, CaptureHints::default()).map_err(why)
+    };
+    // a step of 20 ms, and readings of -1 and 2 µm
+    for text in [
+        "DateTime,Deviation [um]\n2026-11-26T10:00:00.00,-1\n2026-11-26T10:00:00.02,2\n",
+        "Timestamp;Deviation [um]\n10:00:00.00;-1\n10:00:00.02;2\n",
+        "Datum;Uhrzeit;Abweichung [µm]\n26.11.2026;10:00:00,00;-1,0\n26.11.2026;10:00:00,02;2,0\n",
+        "Sample interval: 20 ms\ndeviation_um\n-1\n2\n",
+        "Interval: 0,02 s\nsample,Deviation (mm)\n0,-0.001\n1,0.002\n",
+        "Sample rate: 0.05 kHz\ndeviation_um\n-1\n2\n",
+        "Channel 2, rate 50 Hz\ndeviation_um\n-1\n2\n",
+        "Time[s],Length deviation[micron]\n0,-1\n0.02,2\n",
+        "t/s;ΔL/µm\n0;-1\n0.02;2\n",
+        "Zeit/s;Messwert/µm\n0;-1\n0.02;2\n",
+        "Temps (s);Écart (µm)\n0;-1\n0,02;2\n",
+        "Elapsed [us],Displacement [µm]\n0,-1\n20000,2\n",
+        "Elapsed time (s);error code;Error (µm)\n0;7;-1\n0.02;7;2\n",
+        "time_s;deviation_um\n0;\u{2212}1\n0.02;2\n",
+    ] {
+        let found = read(text).unwrap_or_else(|why| panic!("{text}: {why}"));
+        assert!((found.time_s[1] - 0.02).abs() < 1e-9, "{text}: {:?}", found.time_s);
+        assert!(found.reading_mm.iter().zip([-1e-3, 2e-3]).all(|(a, b)| (a - b).abs() < 1e-12), "{text}: {found:?}");
+    }
+    let beyond = read("time_s,deviation_um\n0,1\n0.1,OVL\n0.2,overload\n").unwrap();
+    assert!(beyond.reading_mm[1].is_nan() && beyond.reading_mm[2].is_nan());
+    // a unit on the element around, and readings that are missing
+    let rows: String =
+        (0..40).map(|k| format!("<r t=\"{}\">{}</r>", 0.02 * f64::from(k), 1e-3 * f64::from(k))).collect();
+    let found = read(&format!("<test><readings unit=\"mm\">{rows}</readings></test>")).unwrap();
+    assert!(found.column == LengthColumn::DeviationMm && (found.time_s[1] - 0.02).abs() < 1e-9);
+    let list: String = (0..40).map(|k| if k == 7 { "NaN ".into() } else { format!("{k} ") }).collect();
+    let found = read(&format!("<test><Rate>50</Rate><Deviations unit=\"um\">{list}</Deviations></test>")).unwrap();
+    assert!(found.reading_mm[7].is_nan() && (found.reading_mm[8] - 8e-3).abs() < 1e-12);
+    let times = list.replace('7', "8");
+    let why =
+        read(&format!("<test><Time>{times}</Time><Deviations unit=\"um\">{list}</Deviations></test>")).unwrap_err();
+    assert!(why.ends_with("Time: time 8 of 40 is no number; correct it"), "{why}");
+    // what is not understood is named
+    let why = read("Dauer;Weg [µm]\n0;1\n0.1;2\n").unwrap_err();
+    assert!(why.contains("names readings (none of 'Dauer', 'Weg [µm]' is known for them); a capture has"), "{why}");
+    let why = read("Dauer;deviation_um\n0;1\n0.1;2\n").unwrap_err();
+    assert!(why.contains("sampling rate (not understood: column Dauer); add a column time_s"), "{why}");
+}
+
+#[test]
+fn stamps_of_packets_are_evened_out() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("a.csv");
+    let read = |step_s: f64, packets: u32| {
+        let row = |k: u32| format!("{:.4},{}\n", 0.1 * f64::from(k / 10) + step_s * f64::from(k % 10), k % 7);
+        let rows: String = (0..10 * packets).map(row).collect();
+        std::fs::write(&file, format!("time_s,deviation_um\n{rows}")).unwrap();
+        load_capture(&file, CaptureHints::default()).unwrap().time_s
+    };
+    // ten rows that came within a millisecond
+    let even = read(1e-4, 40);
+    assert!(even.iter().enumerate().all(|(row, time)| (time - 0.01 * row as f64).abs() < 1e-9), "{even:?}");
+    // ten rows in half of each tenth of a second were read so, and few packets are none
+    assert!((read(5e-3, 40)[1] - 5e-3).abs() < 1e-9);
+    assert!((read(1e-4, 5)[1] - 1e-4).abs() < 1e-9);
+}
+
+#[test]
+fn rows_lost_in_a_file_without_times_are_told() {
+    let folder = tempfile::tempdir().unwrap();
+    let shipped = load_capture(Path::new(SHIPPED).join("xy-100-1.csv").as_path(), CaptureHints::default()).unwrap();
+    assert!(shipped.has_times);
+    let rate_hz = 1.0 / (shipped.time_s[1] - shipped.time_s[0]);
+    let file = folder.path().join("rows.csv");
+    // rows within the first run
+    let without = |lost: std::ops::Range<usize>| {
+        let kept = shipped.reading_mm.iter().enumerate().filter(|(row, _)| !lost.contains(row));
+        let rows: String = kept.map(|(_, mm)| format!("{:.2}\n", 1e3 * mm)).collect();
+        std::fs::write(&file, format!("Sample rate: {rate_hz} Hz\ndeviation_um\n{rows}")).unwrap();
+        assert!(!load_capture(&file, CaptureHints::default()).unwrap().has_times);
+        import_among_shipped(&file, folder.path())
+    };
+    let said = |output: &Output| String::from_utf8_lossy(&output.stderr).to_string();
+    let whole = without(0..0);
+    assert!(whole.status.success() && !said(&whole).contains("rows of one"), "{}", said(&whole));
+    let some = without(1000..1003);
+    assert!(some.status.success() && said(&some).contains("rows of one may be lost"), "{}", said(&some));
+    let more = without(1000..1006);
+    assert!(more.status.code() == Some(3) && said(&more).contains("rows of one of them are lost"), "{}", said(&more));
+}
+
+#[test]
+fn lengths_of_another_bar_are_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let shipped = load_capture(Path::new(SHIPPED).join("xy-100-1.csv").as_path(), CaptureHints::default()).unwrap();
+    let file = folder.path().join("lengths.csv");
+    let import = |bar_mm: f64| {
+        let rows = shipped.time_s.iter().zip(&shipped.reading_mm);
+        let rows: String = rows.map(|(time, mm)| format!("{time},{:.5}\n", bar_mm + mm)).collect();
+        std::fs::write(&file, format!("time_s,length_mm\n{rows}")).unwrap();
+        import_among_shipped(&file, folder.path())
+    };
+    let other = import(150.0);
+    let said = String::from_utf8_lossy(&other.stderr).to_string();
+    assert!(
+        other.status.code() == Some(3) && said.contains("lengths of about 150.0 mm, and the bar of xy-100-1"),
+        "{said}"
+    );
+    let own = import(100.0);
+    assert!(own.status.success(), "{}", String::from_utf8_lossy(&own.stderr));
 }
 
 #[test]

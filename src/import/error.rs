@@ -77,6 +77,16 @@ pub enum ImportError {
     )]
     OtherRuns { test: String, seen_s: [f64; 2], difference: RunsDiffer },
     #[error(
+        "{seen_s:.2} s lie between the two directions' marks, and the program of {test} waits {due_s:.2} s, as no control does less: it is another program's capture; where the program was edited, state what it waited as gap of the test's marks"
+    )]
+    WaitsLess { test: String, seen_s: f64, due_s: f64 },
+    #[error(
+        "by their marks the two runs took times that differ by {longer_s:.3} s ± {sigma_s:.3} s, and the file has no times: rows of one of them are lost; let the gauge write times"
+    )]
+    RowsLost { longer_s: f64, sigma_s: f64 },
+    #[error("the readings fit {test} only where {}: {cure}", .bound.words())]
+    AtBound { test: String, bound: Bound, cure: &'static str },
+    #[error(
         "the two runs took {:.2} and {:.2} s between their marks, {:.2} s apart at one pace of the marks: one of them was held, or its feed was changed on the way, and where is not told; record the test again in one go",
         .runs_s[0], .runs_s[1], .longer_s.abs()
     )]
@@ -86,12 +96,24 @@ pub enum ImportError {
         .range[0], .range[1]
     )]
     FeedOfMarks { pace: f64, range: [f64; 2], cure: &'static str },
+    #[error(
+        "the readings are lengths of about {length_mm:.1} mm, and the bar of {test} has {bar_mm} mm: it is another bar, or its bar_length in the session is wrong"
+    )]
+    OtherBar { test: String, length_mm: f64, bar_mm: f64 },
     #[error("the readings fit another test of the session best: {test}")]
     OtherTest { test: String },
     #[error(
         "the capture may be that of {one} or of {other} (log odds {odds:.1}, {due:.1} are asked for): their readings are alike, and the wait between the directions is that of the one, or longer than that of the other; say which with --test {one} or --test {other}"
     )]
     TwoTests { one: String, other: String, odds: f64, due: f64 },
+}
+
+impl ImportError {
+    /// True where other readings may be placed: the session and its tests are sound.
+    pub(super) fn is_of_readings(&self) -> bool {
+        use ImportError::{Fit, Motion, NoPair, NoPath};
+        !matches!(self, Motion(_) | Fit(_) | NoPath { .. } | NoPair)
+    }
 }
 
 /// Whose marks they are: of a test that was asked for, or of any.
@@ -123,6 +145,28 @@ impl RunsDiffer {
                 by(begin_s),
                 by(end_s)
             ),
+        }
+    }
+}
+
+/// A number of a timing that lies where the search for it ends.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Bound {
+    /// Speed over the programmed feed, and from where to where it is sought.
+    Pace { pace: f64, range: [f64; 2] },
+    /// Time in which the run comes to speed, and the longest that is believed, s.
+    Ramp { ramp_s: f64, most_s: f64 },
+}
+
+impl Bound {
+    fn words(self) -> String {
+        match self {
+            Bound::Pace { pace, range: [slowest, fastest] } => {
+                format!("its run took {pace:.2} of the programmed feed ({slowest:.2} to {fastest:.2} being sought)")
+            }
+            Bound::Ramp { ramp_s, most_s } => {
+                format!("its run came to speed in {ramp_s:.1} s ({most_s:.1} s being the most that is believed)")
+            }
         }
     }
 }

@@ -10,7 +10,8 @@ use super::course::{Course, Stretch};
 use super::lag::{LAG, Lag};
 use super::seen_marks::Seen;
 use super::timing::Timing;
-use crate::statistics::{add_products, log_determinant};
+use super::wander::{Filter, Wander};
+use crate::statistics::{add_products, log_determinant, rms};
 
 /// Standard deviations of what may add to a nominal length beside errors of balls and axes, mm.
 const ZERO_MM: f64 = 1.0;
@@ -198,6 +199,33 @@ pub(super) fn residual_mm(course: &Course, data: &Averages, timing: &Timing, fre
         None => 0.0,
     };
     rows().map(|row| row[width] - explained(row)).collect()
+}
+
+/// What is left of the readings of both runs between marks, mm, root mean square: as they are explained together, and where each is
+/// explained by itself. `None` without marks.
+pub(super) fn left_of_runs_mm(
+    course: &Course,
+    data: &Averages,
+    timing: &Timing,
+    together_mm: &[f64],
+) -> Option<[f64; 2]> {
+    let seen = data.marks?;
+    let (mut together, mut each) = (Vec::new(), Vec::new());
+    for [begin_s, end_s] in seen.runs_s {
+        let rows: Vec<usize> =
+            (0..data.time_s.len()).filter(|&row| (begin_s..=end_s).contains(&data.time_s[row])).collect();
+        if rows.is_empty() {
+            return None;
+        }
+        let of_run = |column: &[f64]| rows.iter().map(|&row| column[row]).collect::<Vec<f64>>();
+        let (time_s, white_mm) = (of_run(&data.time_s), of_run(&data.white_mm));
+        let wander = Wander::default();
+        let filter = Filter::of(wander, &time_s, &white_mm);
+        let run = Averages { time_s, value_mm: of_run(&data.value_mm), white_mm, wander, filter, marks: data.marks };
+        together.extend(of_run(together_mm));
+        each.extend(residual_mm(course, &run, timing, Freedom::ALL[1]));
+    }
+    Some([rms(together.into_iter()), rms(each.into_iter())])
 }
 
 /// What may add to a nominal length at a timing, at one standard deviation each, and readings less nominal lengths behind it: row by

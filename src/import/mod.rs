@@ -14,8 +14,10 @@
 //! | `capture` | the readings as they come, averaged to a few hundred, their noise |
 //! | `course` | what would be read along a run, and what may lost motion add? |
 //! | `marks` | where are the moves along the bar by which a program marks its runs, and what do they tell? |
+//! | `marks::form` | where do readings have the form of one? |
 //! | `marks::moves` | when did those moves end? |
 //! | `marks::stopped` | was a run held between them? |
+//! | `marks::outside` | did the bar rest before them and after? |
 //! | `lag` | how do axes follow their commands? |
 //! | `other_reading` | are they there at another sense, unit or clock? |
 //! | `timing` | where along the run is the machine at a time? |
@@ -50,7 +52,7 @@ mod wander;
 
 pub use capture::Capture;
 pub use course::{Course, Feeds, Pair, pairs};
-pub use error::{ImportError, RunsDiffer};
+pub use error::{Bound, ImportError, RunsDiffer};
 pub use place::{Placement, place, place_named};
 pub use session_times::{Began, Scale, SessionTimes, Stated, WhyPlanned};
 pub use split::{recordings, split_session};

@@ -5,10 +5,13 @@ use rayon::prelude::*;
 use super::capture::Capture;
 use super::course::{Course, Feeds, Pair, pairs};
 use super::error::{ImportError, RunsDiffer};
-use super::likelihood::{cost_at_rest, of_marks, residual_mm};
-use super::marks::{Found, find};
+use super::likelihood::{cost_at_rest, left_of_runs_mm, of_marks, residual_mm};
+use super::marks::{Cut, Found, cut, find};
 use super::other_reading::{alike, forms, other_reading};
-use super::refusals::{allowed_mm, may_run_between, other_runs, refuse_by_marks, refuse_cut_off, refuse_other_runs};
+use super::refusals::{
+    GAP_OFF_S, LONGEST_RAMP_S, allowed_mm, are_apart, may_run_between, may_wait, other_runs, refuse_at_bounds,
+    refuse_by_marks, refuse_cut_off, refuse_other_runs,
+};
 use super::search::{
     Levels, first_look, nearly_as_likely, searched_finely, searched_roughly, settled_apart, settled_with_lost_motion,
     standing, starts,
@@ -46,6 +49,14 @@ pub struct Placement {
     /// Log odds against the next best place in time, and against the next best pair of tests (none other: infinite).
     pub odds_place: f64,
     pub odds_tests: f64,
+    /// A test whose readings are alike: only the wait between the directions speaks against it.
+    pub alike: Option<Pair>,
+    /// What was cut off before the first mark and after the last, where the bar did not rest, s.
+    pub cut_s: [f64; 2],
+    /// By how much longer the first run took than the second by their marks, with its standard deviation, s.
+    pub longer_s: Option<[f64; 2]>,
+    /// What is left of both runs' readings, mm: of both together and of each by itself, where they fit together far worse.
+    pub runs_apart_mm: Option<[f64; 2]>,
 }
 
 /// Fewest readings of a capture.
@@ -65,9 +76,6 @@ const CLEAR_OF_TESTS: f64 = 3.0;
 const OF_NAME: f64 = 3.0;
 /// Log odds against another place in time: 1 in 100.
 const CLEAR: f64 = 4.6;
-/// Most that a gap may differ from a test's to say for itself that its program ran, s: half of what tells tests apart, and a slow
-/// clock's cycle.
-const GAP_OFF_S: f64 = 0.12;
 /// Least certainty of a position, deg or mm: 2° turn 3.5 % of an error into the one beside it. Beyond it the noise of a bar that
 /// stands looks like a run too often.
 const LIMIT: f64 = 2.0;
@@ -78,8 +86,54 @@ pub fn place(session: &Session, among: &[Pair], capture: &Capture, feeds: Feeds)
     place_named(session, among, capture, feeds, None)
 }
 
-/// The same for a capture whose file is named like a pair's test: evidence, but weak.
+/// The same for a capture whose file is named like a pair's test: evidence, but weak. What lies outside of four marks and is none of a
+/// bar at rest is cut off where the whole capture is refused.
 pub fn place_named(
+    session: &Session,
+    among: &[Pair],
+    capture: &Capture,
+    feeds: Feeds,
+    named: Option<Pair>,
+) -> Result<Placement, ImportError> {
+    match placed_whole(session, among, capture, feeds, named) {
+        Err(why) if why.is_of_readings() => {
+            let Some(Cut { capture, cut_s }) = within_marks(session, among, capture, feeds) else { return Err(why) };
+            placed_whole(session, among, &capture, feeds, named).map(|placed| Placement { cut_s, ..placed })
+        }
+        placed => placed,
+    }
+}
+
+/// Most by which the times between marks may be off where they were only found, not fitted, s: twice the step of that search, for each of
+/// their ends, and what a control's rests last longer.
+const SPACING_OFF_S: f64 = 0.3;
+/// Share by which two runs of one program may take other times.
+const RUNS_OFF: f64 = 0.02;
+
+/// The capture without what lies outside of four marks and is none of a bar at rest, where they stand as a program of the session sets
+/// them.
+fn within_marks(session: &Session, among: &[Pair], capture: &Capture, feeds: Feeds) -> Option<Cut> {
+    let [slowest, fastest] = feeds.range();
+    forms(session, among).iter().find_map(|marks| {
+        let is_such = |pair: &Pair| session.tests[pair.tests[0]].marks.is_some_and(|own| alike(marks, &own));
+        let courses = pairs(session).into_iter().filter(is_such).map(|pair| Course::of(session, pair, feeds));
+        let programs: Vec<(f64, f64)> =
+            courses.flatten().filter_map(|course| course.marks.map(|own| (course.run_s, own.gap_s))).collect();
+        cut(capture, marks, feeds.range(), |[there_s, gap_s, back_s]| {
+            let is_one_program = (there_s - back_s).abs() < SPACING_OFF_S + RUNS_OFF * there_s;
+            let rests_s = 2.0 * marks.rest_s;
+            is_one_program
+                && programs.iter().any(|(run_s, own_gap_s)| {
+                    let least_s = run_s / fastest + rests_s - SPACING_OFF_S;
+                    let most_s = run_s / slowest + rests_s + LONGEST_RAMP_S + SPACING_OFF_S;
+                    [there_s, back_s].iter().all(|time_s| (least_s..most_s).contains(time_s))
+                        && gap_s > own_gap_s - SPACING_OFF_S
+                })
+        })
+    })
+}
+
+fn placed_whole(
     session: &Session,
     among: &[Pair],
     capture: &Capture,
@@ -112,6 +166,7 @@ pub fn place_named(
                 | ImportError::MarksMissing { .. }
                 | ImportError::NoMarks { .. }
                 | ImportError::FeedOfMarks { .. }
+                | ImportError::AtBound { .. }
                 | ImportError::TooShort { .. },
             ),
             Feeds::Programmed,
@@ -181,7 +236,8 @@ fn searched(
 ) -> Result<Vec<Searched>, ImportError> {
     let seen = levels.fine.marks;
     let (mut begun, mut why): (Vec<Searched>, _) = (Vec::new(), ImportError::NoPair);
-    let (mut nearest_s, mut shortest_s) = (f64::INFINITY, f64::INFINITY);
+    let (mut nearest_s, mut shortest_s, mut least_due_s) = (f64::INFINITY, f64::INFINITY, f64::INFINITY);
+    let mut waits_less = None;
     for &pair in such {
         let course = Course::of(session, pair, feeds)?;
         let test = || session.tests[pair.tests[0]].name.clone();
@@ -190,6 +246,14 @@ fn searched(
             if off_s < nearest_s {
                 let difference = RunsDiffer::Takes { due_s: course.run_s };
                 (why, nearest_s) = (other_runs(&test(), &seen, difference), off_s);
+            }
+            continue;
+        }
+        if let Some((own, seen)) = course.marks.zip(seen).filter(|(own, seen)| !may_wait(own, seen)) {
+            // the one whose wait comes nearest
+            if own.gap_s < least_due_s {
+                least_due_s = own.gap_s;
+                waits_less = Some(ImportError::WaitsLess { test: test(), seen_s: seen.gap_s, due_s: own.gap_s });
             }
             continue;
         }
@@ -214,7 +278,7 @@ fn searched(
     let likely = near(roughly, LOG_ODDS_OF_FEW, |course, rough| standing(course, levels, &rough[0]));
     let mut found: Vec<Searched> = likely.into_iter().map(|test| searched(test, searched_finely)).collect();
     found.sort_by(|one, other| one.2[0].cost.total_cmp(&other.2[0].cost));
-    if found.is_empty() { Err(why) } else { Ok(found) }
+    if found.is_empty() { Err(waits_less.unwrap_or(why)) } else { Ok(found) }
 }
 
 /// The test that explains the readings, where it is told from all others that were tried.
@@ -249,7 +313,11 @@ fn chosen(
         Some(next) if odds_tests < due => {
             Err(ImportError::TwoTests { one: name(pair), other: name(&found[next].0), odds: odds_tests, due })
         }
-        _ => Ok(Placement { odds_tests, ..placement }),
+        _ => {
+            let is_alike = |_: &usize| levels.fine.marks.is_some() && odds_tests < CERTAIN;
+            let alike = next.filter(is_alike).map(|next| found[next].0);
+            Ok(Placement { odds_tests, alike, ..placement })
+        }
     }
 }
 
@@ -361,6 +429,8 @@ fn judged(
             noise_um: 1e3 * noise_mm,
         });
     }
+    let runs_apart_mm = left_of_runs_mm(&course, &data, &best.timing, &residual).filter(are_apart);
+    refuse_at_bounds(test, &course, &best.timing)?;
     let Known { sigma, position_sigma } = known(&course, &data, &likely);
     let unit = course.unit;
     refuse_cut_off(&course, &best.timing, capture, &sigma)?;
@@ -380,16 +450,16 @@ fn judged(
         noise_mm,
         by_marks: data.marks.is_some(),
         marks_s: data.marks.map_or_else(Vec::new, |seen| seen.marks_s.to_vec()),
-        marks_mm: data.marks.map_or([None; 2], |seen| {
-            let [before, after, before_second, after_second] = seen.moves_mm;
-            let is_read = |moves: &[f64; 2]| moves.iter().all(|mm| mm.is_finite());
-            [[before, after], [before_second, after_second]].map(|moves| Some(moves).filter(is_read))
-        }),
+        marks_mm: data.marks.map_or([None; 2], |seen| seen.by_direction_mm()),
         waited_s,
         averages: (data.time_s.iter().zip(&data.value_mm).zip(&residual))
             .map(|((time, value), left)| [*time, *value, *left])
             .collect(),
         odds_place,
         odds_tests: f64::INFINITY,
+        alike: None,
+        cut_s: [0.0; 2],
+        longer_s: data.marks.and_then(|seen| seen.longer_s),
+        runs_apart_mm,
     })
 }

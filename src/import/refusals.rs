@@ -2,11 +2,12 @@
 
 use super::capture::{Averages, Capture};
 use super::course::{Course, Feeds};
-use super::error::{ImportError, RunsDiffer};
+use super::error::{Bound, ImportError, RunsDiffer};
 use super::likelihood::UNEVEN_S;
 use super::seen_marks::Seen;
 use super::timing::Timing;
 use super::variables::RAMPS_S;
+use crate::session::Marks;
 
 /// Share of the readings' own size, and size, mm, that a believed placement may leave.
 const LEFT_SHARE: f64 = 0.25;
@@ -20,6 +21,16 @@ const LEAST_LEFT_MM: f64 = 0.5e-3;
 const NOISES: f64 = 3.0;
 /// Most standard deviations by which a run may begin or end beside its marks.
 const RUN_OFF: f64 = 6.0;
+/// Most that a gap may differ from a test's to say for itself that its program ran, s: half of what tells tests apart, and three
+/// standard deviations of a slow clock's cycle.
+pub(super) const GAP_OFF_S: f64 = 0.12;
+/// Standard deviations of a gap's own times that are allowed beside.
+const GAP_SIGMAS: f64 = 3.0;
+/// Share of a bound within which a pace is at it: a search that wants to go on ends so near.
+const AT_BOUND: f64 = 2e-3;
+/// Longest time in which a run comes to speed, s. At the feeds of a ball bar axes need some tenths of it; a longer one stands for a
+/// pace, or an arc, that is not the program's.
+pub(super) const LONGEST_RAMP_S: f64 = 1.1;
 
 /// Refuses what the marks alone say: a run that was held on the way, and a feed that is not sought.
 pub(super) fn refuse_by_marks(seen: Option<&Seen>, feeds: Feeds) -> Result<(), ImportError> {
@@ -50,6 +61,37 @@ pub(super) fn may_run_between(course: &Course, seen: &Seen) -> bool {
         let moving_s = end - begin;
         moving_s > course.run_s / fastest - slack_s && moving_s < course.run_s / slowest + RAMPS_S[1] + slack_s
     })
+}
+
+/// False where a program waits longer than its directions lay apart: no control waits less than it is told.
+pub(super) fn may_wait(own: &Marks, seen: &Seen) -> bool {
+    // the mark before the gap, and the one behind it
+    let sigma_s = seen.run_sigma_s[0][1].hypot(seen.run_sigma_s[1][0]);
+    seen.gap_s > own.gap_s - GAP_OFF_S.hypot(GAP_SIGMAS * sigma_s)
+}
+
+/// True for two runs of which much is left together and little of each by itself, mm: of one machine and one pair of tests both are the
+/// same but for what hangs on the sense of motion.
+pub(super) fn are_apart([together_mm, each_mm]: &[f64; 2]) -> bool {
+    *together_mm > LEFT_MM && *each_mm < LEFT_SHARE * together_mm
+}
+
+/// Refuses a timing that lies where the search ends: what is at a bound is not fitted.
+pub(super) fn refuse_at_bounds(test: &str, course: &Course, timing: &Timing) -> Result<(), ImportError> {
+    let [slowest, fastest] = course.feeds.range();
+    let is_at_bound = |pace: f64| pace < slowest * (1.0 + AT_BOUND) || pace > fastest * (1.0 - AT_BOUND);
+    let bound = match timing.paces.into_iter().find(|pace| is_at_bound(*pace)) {
+        Some(pace) => Bound::Pace { pace, range: [slowest, fastest] },
+        None if timing.ramp_s > LONGEST_RAMP_S => Bound::Ramp { ramp_s: timing.ramp_s, most_s: LONGEST_RAMP_S },
+        None => return Ok(()),
+    };
+    let cure = match course.feeds {
+        Feeds::Programmed => {
+            "where an override or the control slowed the program, say --any-feed; where the program was edited, plan it so and run it again"
+        }
+        Feeds::Any => "where the program was edited, plan it so and run it again; else record the test again",
+    };
+    Err(ImportError::AtBound { test: test.into(), bound, cure })
 }
 
 /// What a believed placement may leave, mm. Of a known program [`LEFT_OF_MARKED_MM`], else [`LEFT_SHARE`] of the signal within

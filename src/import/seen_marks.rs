@@ -10,7 +10,9 @@ pub(super) struct Seen {
     pub runs_s: [[f64; 2]; 2],
     /// Standard deviation of each of these, s.
     pub run_sigma_s: [[f64; 2]; 2],
-    /// By how much longer the first run took than the second, s, where one of them was held, or its feed changed, on the way.
+    /// By how much longer the first run took than the second, with its standard deviation, s.
+    pub longer_s: Option<[f64; 2]>,
+    /// The same where one of them was held, or its feed changed, on the way.
     pub stopped_s: Option<f64>,
     /// Speed of the marks over their programmed feed, with its standard deviation.
     pub pace: f64,
@@ -31,6 +33,13 @@ pub(super) struct Seen {
 }
 
 impl Seen {
+    /// By direction: how much longer the bar got at the marks before and after its run, mm, where both were read.
+    pub fn by_direction_mm(&self) -> [Option<[f64; 2]>; 2] {
+        let [before, after, before_second, after_second] = self.moves_mm;
+        let is_read = |moves: &[f64; 2]| moves.iter().all(|mm| mm.is_finite());
+        [[before, after], [before_second, after_second]].map(|moves| Some(moves).filter(is_read))
+    }
+
     /// True for times at which a mark is read.
     pub fn hide(&self, time_s: f64) -> bool {
         self.marks_s.iter().any(|[from, to]| (from - EDGE_S..=to + self.tail_s.max(EDGE_S)).contains(&time_s))

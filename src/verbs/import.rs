@@ -13,7 +13,7 @@ use fiveaxis::load::{CaptureFile, CaptureHints, Moment, load_capture, load_sessi
 use fiveaxis::report::capture::{ImportJson, TimesOf, capture_svg, import_text, placed_json};
 use fiveaxis::report::recording::path_csv;
 use fiveaxis::report::{machine_yaml, session_yaml};
-use fiveaxis::session::{LengthColumn, Motion, Recording, Session};
+use fiveaxis::session::{LengthColumn, Motion, Recording, Session, Test};
 
 use super::Refusal;
 use super::output::{Foreign, OutputFolder, print, print_json, remark, session_inputs, settle, write_all};
@@ -157,6 +157,10 @@ fn placed(
     }
     let placement = place_named(session, among, &capture, feeds, named(session, file)).map_err(refuse)?;
     let test = &session.tests[placement.pair.tests[0]];
+    refuse_other_bar(test, &read, &capture).map_err(refuse)?;
+    if !read.has_times {
+        doubt_rows(file, &placement).map_err(refuse)?;
+    }
     let bar_mm = match (read.column.is_deviation(), test.bar_length_mm) {
         (false, _) => 0.0,
         (true, Some(bar_mm)) => bar_mm,
@@ -172,6 +176,42 @@ fn placed(
     let recordings = recordings(&placement, &capture, bar_mm, read.column);
     warn(session, file, &placement);
     Ok(Placed { file: file.to_path_buf(), read, capture, placement, recordings })
+}
+
+/// Most by which lengths may differ from the bar's, mm: twice the stroke of usual bars, for a gauge whose zero was never set.
+const LENGTH_OFF_MM: f64 = 2.0;
+
+/// Refuses lengths of another bar than that of the test.
+fn refuse_other_bar(test: &Test, read: &CaptureFile, capture: &Capture) -> Result<(), ImportError> {
+    let length_mm = capture.middle_mm();
+    match test.bar_length_mm {
+        Some(bar_mm) if !read.column.is_deviation() && (length_mm - bar_mm).abs() > LENGTH_OFF_MM => {
+            Err(ImportError::OtherBar { test: test.name.clone(), length_mm, bar_mm })
+        }
+        _ => Ok(()),
+    }
+}
+
+/// Standard deviations by which two runs of a file without times may differ: beyond, rows may be lost.
+const RUNS_DIFFER_SIGMAS: f64 = 4.0;
+/// Difference, s, from which on they are: three times what the rests of most controls leave open.
+const ROWS_LOST_S: f64 = 0.06;
+
+/// Says of a file without times that rows of one run may be lost, or refuses it: each lost row shifts all behind it.
+fn doubt_rows(file: &Path, placement: &Placement) -> Result<(), ImportError> {
+    let Some([longer_s, sigma_s]) = placement.longer_s else { return Ok(()) };
+    let longer_s = longer_s.abs();
+    if longer_s < RUNS_DIFFER_SIGMAS * sigma_s {
+        return Ok(());
+    }
+    if longer_s > ROWS_LOST_S {
+        return Err(ImportError::RowsLost { longer_s, sigma_s });
+    }
+    remark(format_args!(
+        "{}: the two runs took times that differ by {longer_s:.3} s, and the file has no times: rows of one may be lost, which moves positions by as much; or the control's rests are uneven",
+        file.display()
+    ));
+    Ok(())
 }
 
 /// Most names that a refusal lists, and the longest of them, characters.
@@ -234,6 +274,30 @@ fn warn(session: &Session, file: &Path, placement: &Placement) {
             "{}: between its directions lie {:.2} s more than the program of {} waits: a feed hold, or another plan's capture",
             file.display(),
             placement.waited_s,
+            name(&placement.pair)
+        ));
+    }
+    let [before_s, after_s] = placement.cut_s;
+    if before_s > 0.0 || after_s > 0.0 {
+        remark(format_args!(
+            "{}: {before_s:.1} s at its begin and {after_s:.1} s at its end are cut off: outside of the four marks the bar did not rest (off, mounted, or moved by hand)",
+            file.display()
+        ));
+    }
+    if let Some([together_mm, each_mm]) = placement.runs_apart_mm {
+        remark(format_args!(
+            "{}: {:.1} µm are left of the two runs of {} together, and {:.1} µm where each is taken by itself: one of them is of another test, the bar slipped between them, or the axes err otherwise there than back",
+            file.display(),
+            1e3 * together_mm,
+            name(&placement.pair),
+            1e3 * each_mm
+        ));
+    }
+    if let Some(other) = placement.alike {
+        remark(format_args!(
+            "{}: the readings fit {} as well; only the wait between the directions speaks for {}: a feed hold there would make one of the other",
+            file.display(),
+            name(&other),
             name(&placement.pair)
         ));
     }

@@ -3,16 +3,20 @@
 //! A mark changes the length by tenths of a millimetre within half a second, which no run does. Where one lies is told by how
 //! well its form explains the readings around it. When its moves ended is fitted in `moves`.
 
+mod form;
 mod moves;
+mod outside;
 mod stopped;
 
+use self::form::{AROUND_S, Mark, NEAR_S, RAMPS_S, between, marks_of};
 use self::moves::{SecondHalf, ends_of, ends_of_some};
-use self::stopped::{Direction, stopped_s};
+pub(super) use self::outside::{Cut, cut};
+use self::stopped::{Direction, longer};
 use super::capture::Capture;
 use super::lag::Lag;
 use super::seen_marks::Seen;
-use crate::session::{Marks, times_beside_readings};
-use crate::statistics::{mean, median};
+use crate::session::Marks;
+use crate::statistics::median;
 
 /// What a capture shows of marks.
 #[derive(Debug, Clone, PartialEq)]
@@ -23,20 +27,6 @@ pub(super) enum Found {
     All(Box<Seen>),
 }
 
-/// Readings around a mark that tell its levels, s before and after it.
-const AROUND_S: f64 = 0.4;
-/// Step of the search, s: a fifth of a move, where nine tenths of a mark's form are still explained.
-const STEP_S: f64 = 0.05;
-/// Ratio of one pace that is tried to the next.
-const PACE_STEP: f64 = 1.1;
-/// Share of the readings' scatter that a mark must explain.
-const EXPLAINED: f64 = 0.9;
-/// Least share of a mark's move that is seen around it.
-const LEAST_SHARE_SEEN: f64 = 0.7;
-/// Fewest readings in and around a mark.
-const FEWEST: usize = 8;
-/// Readings this near to a move are none of a level, s.
-const NEAR_S: f64 = 0.06;
 /// How alike a control counts two rests, s: two cycles of its motion.
 const CYCLES_S: f64 = 2e-3;
 /// How alike the axes of marks and of runs lag, s: servos are set alike where a machine cuts round circles.
@@ -47,59 +37,6 @@ const SCALE: f64 = 3e-4;
 const TAIL_MM: f64 = 0.02e-3;
 /// Least standard deviation of a level, mm.
 const LEVEL_MM: f64 = 2e-4;
-
-/// Times in which marks come to speed, s, that are looked for in turn: at once, and in controls that accelerate slowly. Each stands
-/// for those up to the middle between it and the next.
-const RAMPS_S: [f64; 3] = [0.0, 0.3, 0.5];
-
-/// The form of a mark: out along the bar, a rest, back.
-#[derive(Debug, Clone, Copy)]
-struct Form {
-    /// Speed over the programmed one.
-    pace: f64,
-    /// Time of one move, s, and that in which it comes to speed and to rest.
-    move_s: f64,
-    ramp_s: f64,
-    hold_s: f64,
-}
-
-impl Form {
-    fn of(marks: &Marks, pace: f64, ramp_s: f64) -> Form {
-        let move_s = marks.move_s() / pace + ramp_s;
-        Form { pace, move_s, ramp_s: ramp_s.min(0.5 * move_s), hold_s: marks.hold_s }
-    }
-
-    fn lasts_s(&self) -> f64 {
-        2.0 * self.move_s + self.hold_s
-    }
-
-    /// Part of its move that a mark has made, `since_s` after it began.
-    fn out(&self, since_s: f64) -> f64 {
-        self.made(since_s) - self.made(since_s - self.move_s - self.hold_s)
-    }
-
-    /// Part of one move that is made: the speed rises and falls evenly.
-    fn made(&self, since_s: f64) -> f64 {
-        let speed = 1.0 / (self.move_s - self.ramp_s);
-        let ramped = |since_s: f64| 0.5 * speed * since_s * since_s / self.ramp_s;
-        match since_s {
-            since if since <= 0.0 => 0.0,
-            since if since >= self.move_s => 1.0,
-            since if since < self.ramp_s => ramped(since),
-            since if since > self.move_s - self.ramp_s => 1.0 - ramped(self.move_s - since),
-            since => speed * (since - 0.5 * self.ramp_s),
-        }
-    }
-}
-
-/// A mark in the readings, s and mm.
-#[derive(Debug, Clone, Copy)]
-struct Mark {
-    begin_s: f64,
-    /// The form that was found.
-    form: Form,
-    explained: f64,
-}
 
 /// The marks of a program in a capture; `paces` are those thought possible.
 pub(super) fn find(capture: &Capture, marks: &Marks, paces: [f64; 2]) -> Found {
@@ -116,22 +53,9 @@ pub(super) fn find(capture: &Capture, marks: &Marks, paces: [f64; 2]) -> Found {
     best
 }
 
-/// The marks that come to speed in about this time.
+/// What a capture shows of marks that come to speed in about this time.
 fn found(capture: &Capture, rows: &[(f64, f64)], marks: &Marks, paces: [f64; 2], ramp_s: f64) -> Found {
-    let mut all: Vec<Mark> = Vec::new();
-    // a form a twentieth too long still explains nine tenths
-    let mut pace = paces[0] * PACE_STEP.sqrt();
-    while pace < paces[1] {
-        all.extend(of_form(rows, marks, Form::of(marks, pace, ramp_s)));
-        pace *= PACE_STEP;
-    }
-    all.sort_by(|one, other| other.explained.total_cmp(&one.explained));
-    let mut kept: Vec<Mark> = Vec::new();
-    for mark in all {
-        if kept.iter().all(|other| (other.begin_s - mark.begin_s).abs() > mark.form.lasts_s()) {
-            kept.push(mark);
-        }
-    }
+    let mut kept = marks_of(rows, marks, paces, ramp_s);
     let mut begins_s: Vec<f64> = kept.iter().map(|mark| mark.begin_s).collect();
     begins_s.sort_by(f64::total_cmp);
     let found = begins_s.len();
@@ -145,37 +69,6 @@ fn found(capture: &Capture, rows: &[(f64, f64)], marks: &Marks, paces: [f64; 2],
         Err(fewer) if fewer.is_empty() => Found::None,
         Err(fewer) => Found::Some(fewer.len()),
     }
-}
-
-/// Places whose readings have the form of a mark.
-fn of_form(rows: &[(f64, f64)], marks: &Marks, form: Form) -> Vec<Mark> {
-    let (Some(first), Some(last)) = (rows.first(), rows.last()) else { return Vec::new() };
-    let lasts_s = form.lasts_s();
-    let mut found = Vec::new();
-    let next_s = |time_s: f64| rows.get(rows.partition_point(|row| row.0 < time_s)).map(|row| row.0);
-    for begin_s in times_beside_readings([first.0, last.0], STEP_S, [AROUND_S, lasts_s + AROUND_S], next_s) {
-        let from = rows.partition_point(|row| row.0 < begin_s - AROUND_S);
-        let to = rows.partition_point(|row| row.0 <= begin_s + lasts_s + AROUND_S);
-        // some hundred readings show a form as well as thousands
-        let thin = ((to - from) / 200).max(1);
-        let near: Vec<(f64, f64)> = rows[from..to].iter().copied().step_by(thin).collect();
-        let (low, high) = near.iter().fold((f64::MAX, f64::MIN), |(low, high), row| (low.min(row.1), high.max(row.1)));
-        if near.len() < FEWEST || high - low < LEAST_SHARE_SEEN * marks.move_mm.abs() {
-            continue;
-        }
-        let due = |row: &(f64, f64)| marks.move_mm * form.out(row.0 - begin_s);
-        let scatter = |values: &[f64]| {
-            let mean = mean(values.iter().copied()).unwrap_or(f64::NAN);
-            values.iter().map(|value| (value - mean).powi(2)).sum::<f64>()
-        };
-        let flat = scatter(&near.iter().map(|row| row.1).collect::<Vec<f64>>());
-        let left = scatter(&near.iter().map(|row| row.1 - due(row)).collect::<Vec<f64>>());
-        let explained = 1.0 - left / flat;
-        if explained > EXPLAINED {
-            found.push(Mark { begin_s, form, explained });
-        }
-    }
-    found
 }
 
 /// What four marks tell; `None` where readings of one are missing.
@@ -215,10 +108,12 @@ fn seen(rows: &[(f64, f64)], marks: &Marks, four: &[Mark; 4], noise_mm: f64) -> 
             pace_sigma: own.speed_sigma() / programmed,
         })
     };
+    let longer = direction(0).zip(direction(1)).map(|(there, back)| longer([there, back]));
     Some(Seen {
         runs_s,
         run_sigma_s,
-        stopped_s: direction(0).zip(direction(1)).and_then(|(there, back)| stopped_s([there, back])),
+        longer_s: longer.map(|longer| longer.by_s),
+        stopped_s: longer.and_then(|longer| longer.stopped_s),
         pace: moves.speed / programmed,
         pace_sigma: (moves.speed_sigma() / moves.speed).hypot(SCALE),
         lag_s: moves.lag_s(),
@@ -230,12 +125,6 @@ fn seen(rows: &[(f64, f64)], marks: &Marks, four: &[Mark; 4], noise_mm: f64) -> 
         marks_s: [0, 1, 2, 3].map(|mark| [out_begins(mark), is_back(mark)]),
         moves_mm,
     })
-}
-
-/// Rows from one time to another, s.
-fn between(rows: &[(f64, f64)], from: f64, to: f64) -> &[(f64, f64)] {
-    let (from, to) = (rows.partition_point(|row| row.0 < from), rows.partition_point(|row| row.0 <= to));
-    &rows[from.min(to)..to]
 }
 
 /// The reading beside a mark and at its end, mm, where there are some.
@@ -278,6 +167,7 @@ fn second_halves(
 
 #[cfg(test)]
 mod tests {
+    use super::form::Form;
     use super::*;
 
     /// Four marks that come to speed in `ramp_s`, at rest between them.

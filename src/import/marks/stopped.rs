@@ -20,9 +20,18 @@ const STOPPED: (f64, f64) = (0.02, 0.5);
 /// Standard deviation of the logarithm of two paces' ratio, where directions have paces of their own.
 const PACES_APART: f64 = 0.05;
 
-/// By how much longer the first direction ran than the second, s, where that is likelier a stop, or another feed on the way, than what the
+/// By how much longer the first direction ran than the second, s.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Longer {
+    /// With its standard deviation, by the times of both runs at one pace, or each at its own, as is likelier.
+    pub by_s: [f64; 2],
+    /// The same where a run was held, or its feed changed, on the way.
+    pub stopped_s: Option<f64>,
+}
+
+/// By how much longer the first direction ran than the second, and whether that is likelier a stop, or another feed on the way, than what the
 /// rests of controls leave open: one control ramps alike in both.
-pub(super) fn stopped_s([there, back]: [Direction; 2]) -> Option<f64> {
+pub(super) fn longer([there, back]: [Direction; 2]) -> Longer {
     let longer_s = there.run_s - back.run_s;
     let run_sigma_s = there.run_sigma_s.hypot(back.run_sigma_s);
     // directions at one pace, and each at its own
@@ -44,13 +53,17 @@ pub(super) fn stopped_s([there, back]: [Direction; 2]) -> Option<f64> {
     };
     let held: f64 = kinds.iter().map(|(share, seconds, _)| share * stop(*seconds)).sum();
     let kept: f64 = kinds.iter().map(|(share, seconds, sigma_s)| share * rests(*seconds, *sigma_s)).sum();
-    let likelier = if kinds[0].0 > kinds[1].0 { kinds[0].1 } else { kinds[1].1 };
-    (held > kept).then_some(likelier)
+    let (_, likelier_s, sigma_s) = if kinds[0].0 > kinds[1].0 { kinds[0] } else { kinds[1] };
+    Longer { by_s: [likelier_s, sigma_s], stopped_s: (held > kept).then_some(likelier_s) }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    fn stopped_s(directions: [Direction; 2]) -> Option<f64> {
+        longer(directions).stopped_s
+    }
 
     fn direction(run_s: f64, pace: f64) -> Direction {
         Direction { run_s, run_sigma_s: 4e-3, pace, pace_sigma: 5e-4 }

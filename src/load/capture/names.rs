@@ -13,14 +13,32 @@ pub(super) enum Meaning {
 }
 
 /// Words that name readings.
-pub(super) const READINGS: [&str; 9] =
-    ["deviation", "reading", "length", "radius", "ballbar", "abweichung", "laenge", "distance", "transducer"];
+pub(super) const READINGS: [&str; 12] = [
+    "deviation",
+    "reading",
+    "length",
+    "radius",
+    "ballbar",
+    "abweichung",
+    "laenge",
+    "distance",
+    "transducer",
+    "displacement",
+    "messwert",
+    "ecart",
+];
+/// Words that name readings where a unit of length stands beside them: there is an error code without one.
+const WITH_UNIT: [&str; 3] = ["error", "δl", "dl"];
 /// Words that name times.
-const TIMES: [&str; 4] = ["time", "zeit", "t", "seconds"];
+const TIMES: [&str; 9] = ["time", "zeit", "t", "seconds", "datetime", "timestamp", "uhrzeit", "elapsed", "temps"];
+/// Words for lengths themselves, and for what they are off by, which a length beside them is of.
+const LENGTHS: [&str; 3] = ["length", "laenge", "distance"];
+const OFF: [&str; 4] = ["deviation", "abweichung", "ecart", "error"];
 
 /// A name in small letters, its words apart.
 pub(super) fn plain_name(name: &str) -> String {
-    let plain = name.trim().trim_matches('"').to_lowercase().replace(['µ', 'μ'], "u").replace('ä', "ae");
+    let plain =
+        name.trim().trim_matches('"').to_lowercase().replace(['µ', 'μ'], "u").replace('ä', "ae").replace('é', "e");
     plain.chars().map(|character| if character.is_alphanumeric() { character } else { '_' }).collect()
 }
 
@@ -31,11 +49,12 @@ pub(super) fn meaning(name: &str) -> Meaning {
     if has(&TIMES) {
         return Meaning::Time(words.iter().find_map(|word| time_unit_s(word)).unwrap_or(1.0));
     }
-    if !has(&READINGS) {
+    let (in_um, in_mm) = (has(&["um", "micron", "microns"]), has(&["mm"]));
+    if !(has(&READINGS) || has(&WITH_UNIT) && (in_um || in_mm)) {
         return Meaning::Other;
     }
-    let is_length = has(&["length", "laenge", "distance"]);
-    Meaning::Readings(match (has(&["um", "micron", "microns"]), has(&["mm"]), is_length) {
+    let is_length = has(&LENGTHS) && !has(&OFF);
+    Meaning::Readings(match (in_um, in_mm, is_length) {
         (true, _, false) => Some(LengthColumn::DeviationUm),
         (_, true, false) => Some(LengthColumn::DeviationMm),
         (_, true, true) => Some(LengthColumn::LengthMm),

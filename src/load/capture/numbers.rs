@@ -20,12 +20,15 @@ pub(super) fn row_of(line: &str, separator: char, names: usize) -> Vec<&str> {
     row
 }
 
+/// The minus sign of typography.
+const MINUS: char = '\u{2212}';
+
 pub(super) fn number(field: &str) -> Option<f64> {
-    with_decimal_point(field).parse().ok().filter(|value: &f64| value.is_finite())
+    with_decimal_point(field).replace(MINUS, "-").parse().ok().filter(|value: &f64| value.is_finite())
 }
 
-/// What gauges write where there is no reading.
-const MISSING: [&str; 9] = ["", "-", "--", "---", "nan", "n/a", "na", "null", "#n/a"];
+/// What gauges write where there is no reading: none at all, or one beyond their stroke.
+const MISSING: [&str; 12] = ["", "-", "--", "---", "nan", "n/a", "na", "null", "#n/a", "ovl", "overload", "overrange"];
 
 /// A reading, NaN where the gauge wrote that there is none; `None` for anything else.
 pub(super) fn reading(field: &str) -> Option<f64> {

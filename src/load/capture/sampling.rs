@@ -46,6 +46,27 @@ const OF_STEPS: [(&str, f64); 14] = [
     ("minutes", 60.0),
 ];
 
+/// Readings a second that a line of a preamble states: `Sample rate: 0.25 kHz`, `Sample interval: 4 ms`.
+pub(super) fn stated_rate(line: &str) -> Option<f64> {
+    let lower = line.to_lowercase();
+    let is_number = |c: char| c.is_ascii_digit() || c == '.' || c == ',';
+    let value = |word: &str| word.replace(',', ".").parse().ok().filter(|value: &f64| *value > 0.0);
+    // a rate in Hz is one under any label, which may be of any language
+    if let Some(at) = lower.find("hz") {
+        let before = &lower[..at];
+        let unit = if before.ends_with('k') { "khz" } else { "hz" };
+        let size = OF_RATES.iter().find(|(name, _)| *name == unit).map_or(1.0, |(_, size)| *size);
+        let last = before.split(|c| !is_number(c)).rfind(|word| !word.is_empty());
+        return last.and_then(value).map(|rate| size * rate);
+    }
+    // one in units of time is told by its label
+    let (label, behind) = line.split_at(line.find(|c: char| c.is_ascii_digit())?);
+    let (interval, unit) = behind.split_at(behind.find(|c| !is_number(c))?);
+    let unit = unit.split_whitespace().next()?;
+    let sampling = Sampling::of(label).filter(|sampling| sampling.is_step)?;
+    sampling.rate_hz(value(interval)?, Some(unit)).ok()
+}
+
 /// Units of time that messages name.
 pub(super) const TIME_UNITS: &str = "s, ms or us";
 

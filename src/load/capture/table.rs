@@ -4,11 +4,14 @@ use std::path::Path;
 
 use super::names::{Meaning, meaning, plain_name};
 use super::numbers::{fields, number, reading, row_of, time};
-use super::raw::Raw;
+use super::raw::{MOST_NAMES, Raw};
+use super::sampling::stated_rate;
 use crate::load::checked_text::cut_number::refuse_cut_number;
 use crate::load::checked_text::message::LoadError;
 use crate::load::checked_text::printable::{LONGEST_SHOWN, shortened};
 
+/// What may part the fields of a line, in the order in which it is tried.
+const SEPARATORS: [char; 4] = [';', '\t', ',', ' '];
 /// Lines before a table's header, at most.
 const PREAMBLE_LINES: usize = 200;
 
@@ -16,15 +19,6 @@ const PREAMBLE_LINES: usize = 200;
 fn is_units(row: &[&str]) -> bool {
     row.iter().all(|field| number(field).is_none())
         && row.iter().any(|field| !matches!(meaning(&format!("deviation {field}")), Meaning::Readings(None)))
-}
-
-/// Readings a second that a line of a preamble states: `Sample rate: 250 Hz`.
-fn stated_rate(line: &str) -> Option<f64> {
-    let lower = line.to_lowercase();
-    let before = &lower[..lower.find("hz")?];
-    let mut words =
-        before.split(|c: char| !(c.is_ascii_digit() || c == '.' || c == ',')).filter(|word| !word.is_empty());
-    words.next_back()?.replace(',', ".").parse().ok().filter(|rate| *rate > 0.0)
 }
 
 /// Where a table's header stands and how its fields are parted.
@@ -44,7 +38,6 @@ fn filled(text: &str) -> impl Iterator<Item = (usize, &str)> {
 /// The first line that names readings and is followed by numbers.
 fn header(text: &str) -> Option<Header<'_>> {
     let lines = || filled(text);
-    let separators = [';', '\t', ',', ' '];
     let is_readings = |name: &&str| matches!(meaning(name), Meaning::Readings(_));
     let names_readings = |line: &str, separator: char| {
         let names = fields(line.trim_start_matches('#'), separator);
@@ -69,8 +62,28 @@ fn header(text: &str) -> Option<Header<'_>> {
                 _ => None,
             }
         };
-        separators.iter().find_map(fits).map(|(separator, units)| Header { index, line, separator, units })
+        SEPARATORS.iter().find_map(fits).map(|(separator, units)| Header { index, line, separator, units })
     })
+}
+
+/// The names right above the first row of numbers, of which none is known for readings, as a message says them.
+fn names_above_numbers(text: &str) -> String {
+    let lines: Vec<&str> = filled(text).map(|(_, line)| line).take(PREAMBLE_LINES).collect();
+    let named = lines.windows(2).find_map(|pair| {
+        SEPARATORS.into_iter().find_map(|separator| {
+            let names = fields(pair[0].trim_start_matches('#'), separator);
+            let row = row_of(pair[1], separator, names.len());
+            let is_header = names.iter().all(|name| number(name).is_none() && !name.is_empty())
+                && row.len() == names.len()
+                && (row.len() > 1 || separator == SEPARATORS[0])
+                && row.iter().any(|field| number(field).is_some());
+            is_header.then_some(names)
+        })
+    });
+    let Some(names) = named else { return String::new() };
+    let shown: Vec<String> =
+        names.iter().take(MOST_NAMES).map(|name| format!("'{}'", shortened(name, LONGEST_SHOWN))).collect();
+    format!(" (none of {} is known for them)", shown.join(", "))
 }
 
 pub(super) fn from_table(file: &Path, text: &str) -> Result<Raw, LoadError> {
@@ -78,7 +91,10 @@ pub(super) fn from_table(file: &Path, text: &str) -> Result<Raw, LoadError> {
     let Some(Header { index: header, line, separator, units }) = header(text) else {
         return Err(LoadError::file(
             file,
-            "has no header that names readings; a capture has columns such as time_s and deviation_um, with numbers below",
+            format!(
+                "has no header that names readings{}; a capture has columns such as time_s and deviation_um, with numbers below",
+                names_above_numbers(text)
+            ),
         ));
     };
     let names = fields(line.trim_start_matches('#'), separator);
@@ -94,7 +110,10 @@ pub(super) fn from_table(file: &Path, text: &str) -> Result<Raw, LoadError> {
                 (raw.column, raw.name) = (column, name.to_string());
             }
             _ if day_at == Some(k) => {}
-            _ => raw.not_read.push(name.to_string()),
+            meant => {
+                raw.not_read.push(name.to_string());
+                raw.unknown.extend(matches!(meant, Meaning::Other).then(|| name.to_string()));
+            }
         }
     }
     if time_at.is_none() {

@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use super::names::{Meaning, READINGS, meaning, plain_name};
+use super::numbers::reading;
 use super::raw::Raw;
 use super::sampling::{Sampling, TIME_UNITS, time_unit_s};
 use crate::load::checked_text::message::LoadError;
@@ -19,6 +20,8 @@ struct Leaf<'a> {
     name: &'a str,
     tag: &'a str,
     content: &'a str,
+    /// Tag of the element around it.
+    parent: &'a str,
     /// Whether an element around it, but the outermost, is about something else than the recording.
     is_of_other: bool,
     /// An attribute of an element that has a content of its own, which it is about.
@@ -28,8 +31,8 @@ struct Leaf<'a> {
 /// Leaves of an XML text, attributes among them. Elements that are not closed do no harm.
 fn leaves(text: &str) -> Vec<Leaf<'_>> {
     let mut leaves = Vec::new();
-    // open elements, and whether one up to there is about something else
-    let mut open: Vec<(&str, bool)> = Vec::new();
+    // open elements with their tags, and whether one up to there is about something else
+    let mut open: Vec<(&str, &str, bool)> = Vec::new();
     let mut rest = text;
     while let Some(begin) = rest.find('<') {
         rest = &rest[begin + 1..];
@@ -38,10 +41,10 @@ fn leaves(text: &str) -> Vec<Leaf<'_>> {
         let name = tag.trim_start_matches('/').split(|c: char| c.is_whitespace() || c == '/').next().unwrap_or(tag);
         if tag.starts_with('/') {
             // an end that fits none is passed over
-            let at = open.iter().rev().take(MOST_OPEN).position(|(known, _)| *known == name);
+            let at = open.iter().rev().take(MOST_OPEN).position(|(known, ..)| *known == name);
             open.truncate(at.map_or(open.len(), |at| open.len() - 1 - at));
         } else if !tag.starts_with(['?', '!']) {
-            let around = open.last().is_some_and(|(_, is_of_other)| *is_of_other);
+            let (parent, around) = open.last().map_or(("", false), |(_, tag, is_of_other)| (*tag, *is_of_other));
             let own = around || !open.is_empty() && is_of_other(name);
             let content = after.find('<').map_or(after, |next| &after[..next]);
             let is_leaf = !tag.ends_with('/') && after[content.len()..].starts_with(&format!("</{name}"));
@@ -49,15 +52,23 @@ fn leaves(text: &str) -> Vec<Leaf<'_>> {
                 name: own_name,
                 tag: name,
                 content,
+                parent,
                 is_of_other: own,
                 is_of_content: is_leaf,
             };
             leaves.extend(attributes(&tag[name.len()..]).into_iter().map(attribute));
             if is_leaf {
-                leaves.push(Leaf { name, tag, content: content.trim(), is_of_other: around, is_of_content: false });
+                leaves.push(Leaf {
+                    name,
+                    tag,
+                    content: content.trim(),
+                    parent,
+                    is_of_other: around,
+                    is_of_content: false,
+                });
             }
             if !tag.ends_with('/') {
-                open.push((name, own));
+                open.push((name, tag, own));
             }
         }
         rest = after;
@@ -87,9 +98,10 @@ pub(super) fn from_xml(file: &Path, text: &str) -> Result<Raw, LoadError> {
     // how certain it is, and readings a second
     let mut rate: Option<(u8, f64)> = None;
     for leaf in leaves(text) {
-        let Leaf { name, tag, content, is_of_other, is_of_content } = leaf;
+        let Leaf { name, tag, content, parent, is_of_other, is_of_content } = leaf;
         let words = content.split(|c: char| c.is_whitespace() || c == ';' || c == ',').filter(|word| !word.is_empty());
-        let numbers: Option<Vec<f64>> = words.map(|word| word.parse().ok().filter(|v: &f64| v.is_finite())).collect();
+        // where there is no reading stands NaN
+        let numbers: Option<Vec<f64>> = words.map(reading).collect();
         let element = tag.split_whitespace().next().unwrap_or_default();
         let is_unit = plain_name(name).contains("unit");
         match (numbers, Sampling::of(name)) {
@@ -102,7 +114,7 @@ pub(super) fn from_xml(file: &Path, text: &str) -> Result<Raw, LoadError> {
             }
             (Some(numbers), _) if !numbers.is_empty() => match series.iter_mut().find(|known| known.name == name) {
                 Some(known) => known.numbers.extend(numbers),
-                None => series.push(Series { name, tag: tag.to_string(), numbers }),
+                None => series.push(Series { name, tag, parent, numbers }),
             },
             // the unit of another content is none of the readings
             _ if is_unit && is_of_content => {}
@@ -134,10 +146,11 @@ fn unknown_unit(file: &Path, name: &str, unit: &str, allowed: &str) -> LoadError
     )
 }
 
-/// Numbers under one name, with the tag of the first.
+/// Numbers under one name, with the tag of the first and of the element around it.
 struct Series<'a> {
     name: &'a str,
-    tag: String,
+    tag: &'a str,
+    parent: &'a str,
     numbers: Vec<f64>,
 }
 
@@ -159,15 +172,27 @@ fn with_series(file: &Path, mut raw: Raw, mut series: Vec<Series<'_>>, unit: &st
             ),
         ));
     };
-    let Series { name, tag, numbers: readings } = series.swap_remove(best);
-    let named_unit = format!("{name}_{}_{unit}", plain_name(&tag));
-    raw.column = match meaning(&format!("deviation_{}", plain_name(&named_unit))) {
+    let Series { name, tag, parent, numbers: readings } = series.swap_remove(best);
+    // the name's own unit, that of the element, of the one around it, or of all
+    let units = [Some(name), unit_of(tag), Some(tag), unit_of(parent), Some(unit)];
+    raw.column = units.into_iter().flatten().find_map(|unit| match meaning(&format!("deviation_{name}_{unit}")) {
         Meaning::Readings(column) => column,
         _ => None,
-    };
+    });
     if let Some(time) = series.iter().position(|one| is_time(one.name) && one.numbers.len() == readings.len()) {
-        let Series { name, tag, numbers: times } = series.swap_remove(time);
-        let unit_s = match (unit_of(&tag), meaning(name)) {
+        let Series { name, tag, numbers: times, .. } = series.swap_remove(time);
+        if let Some(at) = times.iter().position(|time| !time.is_finite()) {
+            return Err(LoadError::file(
+                file,
+                format!(
+                    "{}: time {} of {} is no number; correct it",
+                    shortened(name, LONGEST_SHOWN),
+                    at + 1,
+                    times.len()
+                ),
+            ));
+        }
+        let unit_s = match (unit_of(tag), meaning(name)) {
             (Some(unit), _) => {
                 time_unit_s(&plain_name(unit)).ok_or_else(|| unknown_unit(file, name, unit, TIME_UNITS))?
             }
