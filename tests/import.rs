@@ -262,6 +262,7 @@ fn a_wait_shorter_than_every_program_s_is_refused() {
 }
 
 #[test]
+#[ignore = "takes 10 to 20 s: runs with --include-ignored, as in .ci/run all"]
 fn what_ends_where_the_search_ends_is_not_placed() {
     let planned = &*SLOW;
     let mut at_bound = 0;
@@ -304,19 +305,29 @@ fn framed(drawn: &mut Drawn, before: &[(f64, f64)], behind: &[(f64, f64)]) {
     drawn.capture.reading_mm.extend(behind);
 }
 
+/// Readings before the marks and behind them: each so many s of so many mm.
+type Outside = (Vec<(f64, f64)>, Vec<(f64, f64)>);
+
 #[test]
 fn what_lies_outside_of_the_marks_is_cut_off() {
-    let planned = &*SLOW;
-    let mut cases = 0;
-    for (before, behind) in [
+    // lengthened by hand, as a mark does
+    are_cut_off(vec![(vec![(1.0, 0.0), (1.5, 0.5), (1.0, 0.0)], vec![])]);
+}
+
+#[test]
+#[ignore = "takes 10 to 20 s: runs with --include-ignored, as in .ci/run all"]
+fn a_bar_that_was_off_outside_of_the_marks_is_cut_off() {
+    are_cut_off(vec![
         (vec![(6.0, 1.0), (2.0, 0.4)], vec![]),
         (vec![], vec![(20.0, 1.0)]),
         (vec![(5.0, -0.9)], vec![(40.0, 0.999)]),
-        // lengthened by hand, as a mark does
-        (vec![(1.0, 0.0), (1.5, 0.5), (1.0, 0.0)], vec![]),
-    ] {
-        let (pair, seed) = (cases % planned.pairs.len(), 700 + cases as u64);
-        cases += 1;
+    ]);
+}
+
+fn are_cut_off(outside: Vec<Outside>) {
+    let planned = &*SLOW;
+    for (case, (before, behind)) in outside.into_iter().enumerate() {
+        let (pair, seed) = (case % planned.pairs.len(), 700 + case as u64);
         let mut erring = Erring::drawn(&planned.session.machine, seed);
         let mut drawn = planned.drawn(&mut erring, pair, seed, Kind::Sound);
         let whole = place(&planned.session, &planned.pairs, &drawn.capture, Feeds::Programmed).expect(&drawn.says);
@@ -333,7 +344,7 @@ fn what_lies_outside_of_the_marks_is_cut_off() {
             assert!(*cut_s > moved_s - 0.2, "{}: {cut_s} s of {parts:?}", drawn.says);
         }
         // nothing is cut between the marks: looked at once
-        if cases == 1 {
+        if case == 0 {
             let rows = (2.0 / (drawn.capture.time_s[1] - drawn.capture.time_s[0])) as usize;
             let mut touched = drawn.capture.clone();
             let from = touched.time_s.partition_point(|time| *time < placement.timing.start_s[0] + 5.0);
@@ -345,6 +356,7 @@ fn what_lies_outside_of_the_marks_is_cut_off() {
 }
 
 #[test]
+#[ignore = "takes 10 to 20 s: runs with --include-ignored, as in .ci/run all"]
 fn halves_of_two_machines_are_told() {
     let planned = &*SLOW;
     let pair = planned.pairs.iter().position(|pair| planned.session.tests[pair.tests[0]].name.starts_with("xy"));
