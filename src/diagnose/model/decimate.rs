@@ -49,11 +49,16 @@ pub fn few_rows(session: &Session) -> Session {
     few
 }
 
+/// Of so many rows of a trace the few that are kept, each in the middle of a group, and the size of a group.
+fn few_of(rows: usize) -> (usize, Vec<usize>) {
+    let size = odd(rows / FEW_ROWS);
+    (size, (size / 2..rows).step_by(size).collect())
+}
+
 /// Keeps a few rows of a trace as they were read: an averaged arc would lie inside the true one.
 pub fn keep_few_rows(recording: &mut Recording) {
     let Clock::TimeS(time) = &recording.clock else { return };
-    let size = odd(time.len() / FEW_ROWS);
-    let rows: Vec<usize> = (size / 2..time.len()).step_by(size).collect();
+    let (_, rows) = few_of(time.len());
     let pick = |column: &[f64]| -> Vec<f64> { rows.iter().map(|&row| column[row]).collect() };
     recording.clock = Clock::TimeS(pick(time));
     recording.positions = recording.positions.iter().map(|column| pick(column)).collect();
@@ -66,17 +71,19 @@ pub fn keep_few_rows(recording: &mut Recording) {
 pub(crate) fn to_means(session: &Session, values: &[Vec<f64>], kept: &[Vec<bool>]) -> Vec<Vec<f64>> {
     let of_test = |(test, (values, kept)): (&Test, (&Vec<f64>, &Vec<bool>))| {
         let is_timed = test.recording.as_ref().is_some_and(|recording| matches!(recording.clock, Clock::TimeS(_)));
-        let size = if is_timed { odd(values.len() / FEW_ROWS) } else { 1 };
+        if !is_timed {
+            return vec![0.0; values.len()];
+        }
+        let (size, rows) = few_of(values.len());
         let noise = noise_of_rows(values);
-        let rows = (size / 2..values.len()).step_by(size);
-        rows.map(|row| {
+        let lacking = rows.into_iter().map(|row| {
             let around = row - size / 2..(row + size / 2 + 1).min(values.len());
             let lacks =
                 mean(around.filter(|&row| kept[row]).map(|row| values[row])).unwrap_or(values[row]) - values[row];
             // a step within the group is no noise
             if lacks.abs() < MOST_NOISE * noise { lacks } else { 0.0 }
-        })
-        .collect()
+        });
+        lacking.collect()
     };
     session.tests.iter().zip(values.iter().zip(kept)).map(of_test).collect()
 }
