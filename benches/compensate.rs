@@ -4,7 +4,7 @@ use std::path::Path;
 
 use fiveaxis::chain::Chain;
 use fiveaxis::compensate::{Compensator, Coordinates, Settings};
-use fiveaxis::load::load_machine_and_bodies;
+use fiveaxis::load::load_machine;
 use fiveaxis::machine::Component;
 
 const LINES: usize = 1_000_000;
@@ -29,7 +29,7 @@ fn most_memory_kb() -> Option<u64> {
 
 fn corrected(coordinates: Coordinates) -> usize {
     let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("machines/hermle-c600u.yaml");
-    let (mut machine, bodies) = load_machine_and_bodies(&file).expect("machine");
+    let mut machine = load_machine(&file).expect("machine");
     for (axis, component, value) in [
         ("C", Component::EX, 0.02),
         ("C", Component::EA, 1e-4),
@@ -54,7 +54,7 @@ fn corrected(coordinates: Coordinates) -> usize {
         decimals: [6, 6],
         keeps_arcs: true,
     };
-    let mut compensator = Compensator::new(&machine, &chain, &bodies, settings).expect("compensator");
+    let mut compensator = Compensator::new(&machine, &chain, settings).expect("compensator");
     let mut out = Vec::new();
     let mut written = 0;
     compensator.line(b"G0 X0 Y0 Z0 A-20 C0\n", &mut out).expect("line");

@@ -334,7 +334,7 @@ fn a_stand_is_excused_from_the_one_body_under_it_alone() {
         approached: Vec::new(),
         reading: fiveaxis::readings::Reading::Length,
     };
-    let instrument = fiveaxis::collision::Instrument::of(&world, &bodies, &kit, &test).expect("instrument");
+    let instrument = fiveaxis::collision::Instrument::of(&world, &machine, &bodies, &kit, &test).expect("instrument");
     let scene = instrument.scene(&world);
     let with = |one: &str, other: &str| {
         let name = |part: usize| scene.parts()[part].name.as_str();

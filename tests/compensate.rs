@@ -8,12 +8,11 @@ use crate::skipped;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use fiveaxis::bodies::Bodies;
 use fiveaxis::chain::Chain;
 use fiveaxis::compensate::{Compensator, Coordinates, NotCorrected, Settings};
 use fiveaxis::disturbances::take_remembered;
 use fiveaxis::inverse::Tool;
-use fiveaxis::load::{load_machine_and_bodies, standard_kit};
+use fiveaxis::load::{load_machine, load_machine_and_bodies, standard_kit};
 use fiveaxis::machine::{
     AxisKind, Component, ComponentError, ComponentForm, Effect, Harmonic, Machine, Outlet, ParameterValue,
     Place as EffectPlace,
@@ -46,8 +45,8 @@ fn file(name: &str) -> PathBuf {
 }
 
 /// A machine with some ten micrometres and arc seconds of everything.
-fn erring(name: &str, seed: u64) -> (Machine, Bodies) {
-    let (mut machine, bodies) = load_machine_and_bodies(&file(name)).expect("machine");
+fn erring(name: &str, seed: u64) -> Machine {
+    let mut machine = load_machine(&file(name)).expect("machine");
     let mut random = ChaCha8Rng::seed_from_u64(seed);
     for index in 0..machine.axes.len() {
         let slots: Vec<Component> = machine.axes[index].slots();
@@ -72,7 +71,7 @@ fn erring(name: &str, seed: u64) -> (Machine, Bodies) {
             axis.component_errors.push(ComponentError { component: across, form });
         }
     }
-    (machine, bodies)
+    machine
 }
 
 fn settings(coordinates: Coordinates) -> Settings {
@@ -93,9 +92,9 @@ fn settings(coordinates: Coordinates) -> Settings {
     }
 }
 
-fn corrected(machine: &Machine, bodies: &Bodies, text: &str, settings: Settings) -> Result<String, NotCorrected> {
+fn corrected(machine: &Machine, text: &str, settings: Settings) -> Result<String, NotCorrected> {
     let chain = Chain::of(machine);
-    let mut compensator = Compensator::new(machine, &chain, bodies, settings).expect("a machine of programs");
+    let mut compensator = Compensator::new(machine, &chain, settings).expect("a machine of programs");
     let mut out = Vec::new();
     for line in text.split_inclusive('\n') {
         compensator.line(line.as_bytes(), &mut out)?;
@@ -154,17 +153,10 @@ struct Found {
 }
 
 /// Drives the corrected program on the erring machine and compares with the ideal path, block by block of the N numbers.
-fn compare(
-    machine: &Machine,
-    bodies: &Bodies,
-    coordinates: Coordinates,
-    before: &str,
-    after: &str,
-    sample_mm: f64,
-) -> Found {
-    let tool = Tool::of(machine, bodies, Some(LENGTH)).expect("tool");
+fn compare(machine: &Machine, coordinates: Coordinates, before: &str, after: &str, sample_mm: f64) -> Found {
+    let tool = Tool::of(machine, Some(LENGTH)).expect("tool");
     let actual = Plain { machine, errs: true, tip: tool.tip_mm.into(), axis: tool.axis.into() };
-    compare_driven((machine, bodies), coordinates, [before, after], (sample_mm, LATE), &mut |q| actual.tool(q))
+    compare_driven(machine, coordinates, [before, after], (sample_mm, LATE), &mut |q| actual.tool(q))
 }
 
 /// Tip and direction of a tool at positions, asked in the order of a program.
@@ -172,13 +164,13 @@ type Driven<'d> = dyn FnMut(&[f64]) -> ([f64; 3], [f64; 3]) + 'd;
 
 /// The same for a machine that knows the way by which it came: its tool at positions, asked in the order of the program.
 fn compare_driven(
-    (machine, bodies): (&Machine, &Bodies),
+    machine: &Machine,
     coordinates: Coordinates,
     texts: [&str; 2],
     (sample_mm, late): (f64, f64),
     actual: &mut Driven,
 ) -> Found {
-    let tool = Tool::of(machine, bodies, Some(LENGTH)).expect("tool");
+    let tool = Tool::of(machine, Some(LENGTH)).expect("tool");
     let nominal = Plain { machine, errs: false, tip: tool.tip_mm.into(), axis: tool.axis.into() };
     let tables = [G54, [0.0; 6]];
     // coordinates of the tip hold no tool length
@@ -272,15 +264,15 @@ fn the_tool_of_an_erring_machine_is_on_the_ideal_path() {
     .into_iter()
     .enumerate()
     {
-        let (machine, bodies) = erring(name, 100 + seed as u64);
+        let machine = erring(name, 100 + seed as u64);
         let text = program(first, second, tilt);
         for coordinates in [Coordinates::Axes, Coordinates::Workpiece] {
-            let after = corrected(&machine, &bodies, &text, settings(coordinates))
+            let after = corrected(&machine, &text, settings(coordinates))
                 .unwrap_or_else(|why| panic!("{name} {coordinates:?}: {why}"));
             let is_fine = seed == 0 || shipped::is_thorough();
             let sample_mm = if is_fine { SAMPLE_MM } else { COARSE_MM };
-            let found = compare(&machine, &bodies, coordinates, &text, &after, sample_mm);
-            let uncorrected = compare(&machine, &bodies, coordinates, &text, &text, 1.0);
+            let found = compare(&machine, coordinates, &text, &after, sample_mm);
+            let uncorrected = compare(&machine, coordinates, &text, &text, 1.0);
             println!(
                 "{name} {coordinates:?}: {:.3} µm, {:.4} arcsec, feed {:.1e}, {} samples; before {:.1} µm",
                 1e3 * found.tip_mm,
@@ -389,7 +381,7 @@ impl Remembers {
 }
 
 fn remembering(name: &str, list: fn(&Machine) -> Vec<Remembers>, text: &str, coordinates: Coordinates) -> [Found; 2] {
-    let (machine, bodies) = erring(name, 100);
+    let machine = erring(name, 100);
     let remembered = |machine: &Machine| {
         let mut machine = machine.clone();
         machine.effects = list(&machine).iter().map(|one| one.effect(&machine)).collect();
@@ -398,7 +390,7 @@ fn remembering(name: &str, list: fn(&Machine) -> Vec<Remembers>, text: &str, coo
         list
     };
     let drive = |after: &str, sample_mm: f64| {
-        let tool = Tool::of(&machine, &bodies, Some(LENGTH)).expect("tool");
+        let tool = Tool::of(&machine, Some(LENGTH)).expect("tool");
         let mut list = list(&machine);
         let mut actual = |q: &[f64]| {
             let mut now = machine.clone();
@@ -412,12 +404,12 @@ fn remembering(name: &str, list: fn(&Machine) -> Vec<Remembers>, text: &str, coo
             }
             Plain { machine: &now, errs: true, tip: tool.tip_mm.into(), axis: tool.axis.into() }.tool(q)
         };
-        compare_driven((&machine, &bodies), coordinates, [text, after], (sample_mm, LATE_BY_REVERSALS), &mut actual)
+        compare_driven(&machine, coordinates, [text, after], (sample_mm, LATE_BY_REVERSALS), &mut actual)
     };
     let chain = Chain::of(&machine);
     let corrected = |list| {
         let mut compensator =
-            Compensator::new(&machine, &chain, &bodies, settings(coordinates)).expect("machine").with_remembered(list);
+            Compensator::new(&machine, &chain, settings(coordinates)).expect("machine").with_remembered(list);
         let mut out = Vec::new();
         text.split_inclusive('\n').for_each(|line| compensator.line(line.as_bytes(), &mut out).expect("corrected"));
         String::from_utf8(out).expect("text")
@@ -470,13 +462,13 @@ fn lost_motion_play_and_spikes_are_taken_out_along_the_program() {
 
 #[test]
 fn a_move_for_which_no_command_is_right_is_refused() {
-    let (mut machine, bodies) = erring("hermle-c600u.yaml", 100);
+    let mut machine = erring("hermle-c600u.yaml", 100);
     // after a reversal the slide goes back by more than its command goes on
     let spike = Remembers::new(&machine, "Y", Component::EY, 0.06, Law::Spike(0.004)).effect(&machine);
     machine.effects = vec![spike];
     let list = take_remembered(&mut machine, &[]);
     let chain = Chain::of(&machine);
-    let compensator = Compensator::new(&machine, &chain, &bodies, settings(Coordinates::Axes)).expect("machine");
+    let compensator = Compensator::new(&machine, &chain, settings(Coordinates::Axes)).expect("machine");
     let mut compensator = compensator.with_remembered(list);
     let mut corrected = |line: &str| compensator.line(line.as_bytes(), &mut Vec::new());
     let refused = TURNING_BACK.split_inclusive('\n').find_map(|line| corrected(line).err()).expect("a refusal");
@@ -487,14 +479,14 @@ fn a_move_for_which_no_command_is_right_is_refused() {
 
 #[test]
 fn an_axis_that_cuts_before_it_has_moved_is_named() {
-    let (mut machine, bodies) = erring("hermle-c600u.yaml", 100);
+    let mut machine = erring("hermle-c600u.yaml", 100);
     let play = |axis: &str| Remembers::new(&machine, axis, Component::EX, 0.003, Law::Play(0.2));
     let effects = [play("X").effect(&machine), play("A").effect(&machine)];
     machine.effects = effects.to_vec();
     let list = take_remembered(&mut machine, &[]);
     let chain = Chain::of(&machine);
     let unknown = |moves: &str| {
-        let compensator = Compensator::new(&machine, &chain, &bodies, settings(Coordinates::Axes)).expect("machine");
+        let compensator = Compensator::new(&machine, &chain, settings(Coordinates::Axes)).expect("machine");
         let mut compensator = compensator.with_remembered(list.clone());
         let head = "G21 G90 G17 G94 G40 G49 G54\nT1 M6\nG0 G43 H1 Z60\nG0 X5 Y10 A-20 C60\n";
         for line in format!("{head}{moves}").split_inclusive('\n') {
@@ -512,10 +504,10 @@ fn an_axis_that_cuts_before_it_has_moved_is_named() {
 /// Ends whose rounding lies along the radius: LinuxCNC drives the whole circle.
 #[test]
 fn a_circle_whose_end_is_rounded_is_a_whole_circle() {
-    let (machine, bodies) = erring("hermle-c600u.yaml", 100);
+    let machine = erring("hermle-c600u.yaml", 100);
     let text = "G21 G90 G17 G94 G54 G49\nG0 X0 Y0 Z0 A-25 C0\nN10 G2 X0.001 Y0 I50 F1000\nN20 G3 X0 Y0 I50\nN30 G3 X0 Y-0.00004 I50\n";
     let plain = Settings { tool_length_mm: Some(LENGTH), ..settings(Coordinates::Axes) };
-    let after = corrected(&machine, &bodies, text, plain).expect("corrected");
+    let after = corrected(&machine, text, plain).expect("corrected");
     for block in ["N10", "N20", "N30"] {
         let from = after.lines().position(|line| line.starts_with(block)).expect("block");
         let pieces = after.lines().skip(from + 1).take_while(|line| !line.starts_with('N')).count();
@@ -525,15 +517,15 @@ fn a_circle_whose_end_is_rounded_is_a_whole_circle() {
 
 #[test]
 fn arcs_stay_arcs_unless_straight_blocks_are_asked_for() {
-    let (machine, bodies) = erring("hermle-c600u.yaml", 100);
+    let machine = erring("hermle-c600u.yaml", 100);
     let text = "G21 G90 G17 G94 G54 G49\nG0 X0 Y0 Z0 A-25 C0\nN10 G1 X20 F500\nN20 G3 X-20 I-20 J0 F600\nN30 G2 X20 R20\n\
                 N40 G18 G91 G2 X-30 Z0 I-15 K4 C40\nN50 G90 G19 G3 Y5 Z8 R7 F300\nN60 G1 X0\n";
     let [arcs, straight] = [true, false].map(|keeps_arcs| {
         let plain = Settings { keeps_arcs, tool_length_mm: Some(LENGTH), ..settings(Coordinates::Axes) };
-        corrected(&machine, &bodies, text, plain).expect("corrected")
+        corrected(&machine, text, plain).expect("corrected")
     });
     for after in [&arcs, &straight] {
-        let found = compare(&machine, &bodies, Coordinates::Axes, text, after, SAMPLE_MM);
+        let found = compare(&machine, Coordinates::Axes, text, after, SAMPLE_MM);
         assert!(found.tip_mm < TIP_MM, "tip {} µm", 1e3 * found.tip_mm);
         assert!(found.direction_rad < DIRECTION_RAD, "{} rad", found.direction_rad);
         assert!(found.feed < 1e-3, "feed off by {}", found.feed);
@@ -555,10 +547,10 @@ fn a_corrected_plan_keeps_its_bar() {
         .iter()
         .enumerate()
     {
-        let (machine, bodies) = erring(name, 300 + seed as u64);
+        let machine = erring(name, 300 + seed as u64);
         let mut wanted = fiveaxis::plan::Settings { feed_mm_per_min: 1500.0, ..Default::default() };
         wanted.coupled.circles = true;
-        let drawn = load_machine_and_bodies(&file(name)).expect("machine").0;
+        let (drawn, bodies) = load_machine_and_bodies(&file(name)).expect("machine");
         let plan = fiveaxis::plan::plan(&drawn, &bodies, &standard_kit().expect("kit"), &wanted).expect("plan");
         let plain = |errs| Plain { machine: &machine, errs, tip: [0.0; 3], axis: [0.0, 0.0, 1.0] };
         let (nominal, actual) = (plain(false), plain(true));
@@ -581,12 +573,12 @@ fn a_corrected_plan_keeps_its_bar() {
                 )
                 .collect();
             // the spindle ball is the tool's tip
-            let nose = Tool::of(&machine, &bodies, Some(0.0)).expect("tool").tip_mm;
+            let nose = Tool::of(&machine, Some(0.0)).expect("tool").tip_mm;
             let mut plain = settings(Coordinates::Axes);
             plain.offsets[0] = Some([0.0; 9]);
             plain.initial = "G54".into();
             plain.tool_length_mm = Some((test.spindle_ball.at - nose).norm());
-            let after = corrected(&machine, &bodies, &numbered, plain).unwrap_or_else(|why| panic!("{name}: {why}"));
+            let after = corrected(&machine, &numbered, plain).unwrap_or_else(|why| panic!("{name}: {why}"));
             let [planned, pieces] = [&numbered, &after].map(|text| moves(text, [0.0; 6], [[0.0; 6]; 2], 0.0));
             let mut most = 0.0f64;
             for block in planned.iter().filter(|mv| !mv.is_rapid) {
@@ -622,10 +614,10 @@ fn a_corrected_plan_keeps_its_bar() {
 
 #[test]
 fn everything_else_stays_byte_for_byte() {
-    let (machine, bodies) = erring("hermle-c600u.yaml", 7);
+    let machine = erring("hermle-c600u.yaml", 7);
     let text = "%\r\nO7001 \r\n( keep  THIS )\r\nn5 g21g90 g17 G94 G54 G49\r\nM3 S12000\r\n\r\nG0 Z10 ; up\r\nG0 X1 Y2 A-20 C3\r\n\
                 N10 g1 x5.5 F300 M8 (cut) \r\nG4 P1\r\nM9 M5\r\nG28\r\nM30\r\n%";
-    let after = corrected(&machine, &bodies, text, settings(Coordinates::Axes)).expect("corrected");
+    let after = corrected(&machine, text, settings(Coordinates::Axes)).expect("corrected");
     let is_move = |line: &str| line.contains(['x', 'X']);
     let kept: Vec<&str> = text.split_inclusive("\r\n").filter(|line| !is_move(line)).collect();
     let found: Vec<&str> = after.split_inclusive("\r\n").filter(|line| !is_move(line)).collect();
@@ -637,11 +629,11 @@ fn everything_else_stays_byte_for_byte() {
 
 #[test]
 fn modes_and_text_that_belong_to_no_move_stay_as_they_are() {
-    let (machine, bodies) = erring("hermle-c600u.yaml", 100);
+    let machine = erring("hermle-c600u.yaml", 100);
     let text = "%\nG21 G90 G17 G94 G54 G49\nG0 X0 Y0 Z0 A-25 C0\nG1 X5 A-24 F500\nG93\nG94\nG1 X6 F500\nM30\n%\nX[#1] not of it\n\
                 G1 X9\n%\n";
     let plain = Settings { tool_length_mm: Some(LENGTH), ..settings(Coordinates::Axes) };
-    let after = corrected(&machine, &bodies, text, plain).expect("corrected");
+    let after = corrected(&machine, text, plain).expect("corrected");
     let own = |word: &str| after.lines().filter(|line| *line == word).count();
     assert_eq!((own("G93"), own("G94")), (1, 1), "{after}");
     assert!(after.ends_with("%\nX[#1] not of it\nG1 X9\n%\n"), "{after}");
@@ -649,10 +641,10 @@ fn modes_and_text_that_belong_to_no_move_stay_as_they_are() {
 
 #[test]
 fn a_feed_move_that_starts_uncorrected_is_told_with_its_line() {
-    let (machine, bodies) = erring("hermle-c600u.yaml", 100);
+    let machine = erring("hermle-c600u.yaml", 100);
     let chain = Chain::of(&machine);
     let plain = Settings { tool_length_mm: Some(LENGTH), ..settings(Coordinates::Axes) };
-    let mut compensator = Compensator::new(&machine, &chain, &bodies, plain).expect("machine");
+    let mut compensator = Compensator::new(&machine, &chain, plain).expect("machine");
     let text = "G21 G90 G17 G94 G54 G49\nG0 X0 Y0 Z0 A-25 C0\nG1 X5 F500\nG53 G0 Z20\nG1 X6\nG1 X7\n";
     let mut out = Vec::new();
     text.split_inclusive('\n').for_each(|line| compensator.line(line.as_bytes(), &mut out).expect("corrected"));
@@ -662,7 +654,7 @@ fn a_feed_move_that_starts_uncorrected_is_told_with_its_line() {
 
 #[test]
 fn what_is_not_understood_is_refused_with_its_line() {
-    let (machine, bodies) = erring("hermle-c600u.yaml", 8);
+    let machine = erring("hermle-c600u.yaml", 8);
     let head = "G21 G90 G17 G94 G54 G49\nG0 X0 Y0 Z0 A-20 C0\n";
     for (line, expected) in [
         ("G81 X1 Y1 Z-3 R2 F100", "canned cycle"),
@@ -683,6 +675,8 @@ fn what_is_not_understood_is_refused_with_its_line() {
         ("G68 X0 Y0 R10", "turns, scales"),
         ("G92 X0", "shifts the coordinates"),
         ("G5 X1 Y1 I1 J1", "curve"),
+        ("G43.1 X5 Z20", "across its axis"),
+        ("G91 G53 G0 Z50", "G53 in G91"),
         ("G38.2 Z-5 F10", "probe"),
         ("/G1 X1 F100", "switch"),
         ("G1 B5 F100", "no such axis"),
@@ -700,13 +694,13 @@ fn what_is_not_understood_is_refused_with_its_line() {
         ("G1 X1.2.3 F100", "no number"),
         ("G1 X1 F100 \u{1}", "code 1"),
     ] {
-        let refused = corrected(&machine, &bodies, &format!("{head}{line}\n"), settings(Coordinates::Axes))
+        let refused = corrected(&machine, &format!("{head}{line}\n"), settings(Coordinates::Axes))
             .expect_err(&format!("{line} is refused"));
         assert_eq!(refused.line, 3, "{line}");
         assert!(refused.reason.contains(expected), "{line}: {}", refused.reason);
         // with marks it stays, with a comment of one line that ends where it should
         let marked = Settings { mark: true, ..settings(Coordinates::Axes) };
-        let after = corrected(&machine, &bodies, &format!("{head}{line}\nM30\n"), marked).expect("marked");
+        let after = corrected(&machine, &format!("{head}{line}\nM30\n"), marked).expect("marked");
         let lines: Vec<&str> = after.lines().collect();
         let at = lines.iter().position(|other| *other == line).unwrap_or_else(|| panic!("{line} is gone: {after}"));
         assert!(lines[at - 1].starts_with("(NOT CORRECTED, line 3 ") && lines[at - 1].ends_with(')'), "{after}");
@@ -718,19 +712,50 @@ fn what_is_not_understood_is_refused_with_its_line() {
         ("G21 G90 G94 G54 G49\nG1 X5 F100\n", "feed move while it is not known"),
         ("G21 G91 G94 G54 G49\nG0 X5\n", "absolute place first"),
     ] {
-        let refused = corrected(&machine, &bodies, text, settings(Coordinates::Axes)).expect_err(text);
+        let refused = corrected(&machine, text, settings(Coordinates::Axes)).expect_err(text);
         assert!(refused.reason.contains(expected), "{text}: {}", refused.reason);
     }
 }
 
 #[test]
+fn what_ends_with_its_block_stands_in_the_last_piece_and_look_ahead_passes() {
+    let machine = erring("hermle-c600u.yaml", 8);
+    let text = "G21 G90 G17 G94 G54 G49\nG5.1 Q1\nG5 P10000\nG0 X0 Y0 Z0 A-20 C0\nG1 X60 C90 F500 M9\nM5\n";
+    let after = corrected(&machine, text, settings(Coordinates::Axes)).expect("corrected");
+    let lines: Vec<&str> = after.lines().collect();
+    assert!(lines.contains(&"G5.1 Q1") && lines.contains(&"G5 P10000"), "{after}");
+    let off = lines.iter().position(|line| line.contains("M9")).expect("coolant goes off");
+    let moves = lines[..off].iter().filter(|line| line.contains('X')).count();
+    assert!(moves > 1 && lines[off].starts_with('X') && lines.last() == Some(&"M5"), "{after}");
+}
+
+#[test]
+fn increments_as_written_add_up_to_the_place() {
+    let machine = erring("hermle-c600u.yaml", 100);
+    let coarse = Settings { decimals: [5, 5], ..settings(Coordinates::Axes) };
+    let moves = "G1 X0.500004 C0.500004 F500\n".repeat(200);
+    let text = format!("G21 G90 G17 G94 G54 G49\nG0 X0 Y0 Z0 A-20 C0\nG91\n{moves}");
+    let written = corrected(&machine, &text, coarse).expect("corrected");
+    let exact = corrected(&machine, &text, settings(Coordinates::Axes)).expect("corrected");
+    let reaches = |text: &str, letter: char| -> f64 {
+        let increments = text.lines().skip_while(|line| !line.contains("G91")).skip(1);
+        let words = increments.flat_map(|line| line.split_whitespace());
+        words.filter_map(|word| word.strip_prefix(letter)).map(|number| number.parse::<f64>().expect("a number")).sum()
+    };
+    for letter in ['X', 'C'] {
+        let off = reaches(&written, letter) - reaches(&exact, letter);
+        assert!(off.abs() <= 0.0000051, "{letter} ends {off} beside its place");
+    }
+}
+
+#[test]
 fn at_a_singular_direction_the_rotary_axes_stay_and_the_tip_is_met() {
-    let (machine, bodies) = erring("hermle-c600u.yaml", 9);
+    let machine = erring("hermle-c600u.yaml", 9);
     let text = "G21 G90 G17 G94 G54 G49\nG0 X0 Y0 Z0 A0 C0\nN10 G1 X20 F500\nN20 C180 F2000\nN30 A-5 F300\nN40 A0\nN50 G3 X20 Y0 I-10 J0\nN60 G1 X0\n";
     let mut plain = settings(Coordinates::Axes);
     plain.tool_length_mm = Some(LENGTH);
-    let after = corrected(&machine, &bodies, text, plain).expect("corrected");
-    let found = compare(&machine, &bodies, Coordinates::Axes, text, &after, SAMPLE_MM);
+    let after = corrected(&machine, text, plain).expect("corrected");
+    let found = compare(&machine, Coordinates::Axes, text, &after, SAMPLE_MM);
     assert!(found.tip_mm < TIP_MM, "tip {} µm", 1e3 * found.tip_mm);
     // the direction keeps what no small turn takes away, less than the errors themselves
     assert!(found.direction_rad > DIRECTION_RAD && found.direction_rad < 3e-4, "{}", found.direction_rad);
@@ -816,10 +841,10 @@ fn interpreted(text: &str) -> Option<Vec<[f64; 6]>> {
 
 #[test]
 fn linuxcnc_reads_corrected_programs_as_the_reader_of_this_test_does() {
-    let (machine, bodies) = erring("hermle-c600u.yaml", 100);
+    let machine = erring("hermle-c600u.yaml", 100);
     for (keeps_arcs, least) in [(true, 90), (false, 500)] {
         let settings = Settings { keeps_arcs, ..settings(Coordinates::Axes) };
-        let after = corrected(&machine, &bodies, &program('A', 'C', -25.0), settings).expect("corrected");
+        let after = corrected(&machine, &program('A', 'C', -25.0), settings).expect("corrected");
         let Some(ends) = interpreted(&after) else { return };
         let own = moves(&after, [0.0; 6], [G54, [0.0; 6]], LENGTH);
         // the interpreter may tell a move twice where only its feed mode changes

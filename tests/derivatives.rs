@@ -44,6 +44,7 @@ fn random_machine(joints: usize, random: &mut ChaCha8Rng) -> Machine {
         gravity: -Vector3::z(),
         machine_zero: vec![None; joints],
         gauge_length_mm: None,
+        spindle: None,
         link_names: Vec::new(),
         carried: Vec::new(),
         effects: Vec::new(),

@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use assert_cmd::Command;
 use fiveaxis::chain::{Branch, Chain, Composition, Geometry};
 use fiveaxis::inverse::{InverseError, Kinematics, Target, Tool};
-use fiveaxis::load::{LinkChoice, load_machine_and_bodies, load_machine_and_bodies_with_links};
+use fiveaxis::load::{LinkChoice, load_machine, load_machine_and_bodies_with_links};
 use fiveaxis::machine::{AxisKind, Component, ComponentError, ComponentForm, Harmonic, Machine};
 use nalgebra::Vector3;
 use rand::{RngExt, SeedableRng};
@@ -71,8 +71,8 @@ fn forward(machine: &Machine, tool: &Tool, q: &[f64], errs: bool) -> (Vector3<f6
 fn every_machine_comes_back_to_its_pose_with_all_its_errors() {
     let mut random = ChaCha8Rng::seed_from_u64(25);
     for file in machines() {
-        let (mut machine, bodies) = load_machine_and_bodies(&file).expect("machine");
-        let tool = Tool::of(&machine, &bodies, Some(120.0)).expect("tool");
+        let mut machine = load_machine(&file).expect("machine");
+        let tool = Tool::of(&machine, Some(120.0)).expect("tool");
         for errs in [false, true] {
             if errs {
                 err(&mut machine, &mut random);
@@ -140,9 +140,9 @@ fn an_arm_of_six_joints_comes_back_to_its_pose() {
 #[test]
 fn singular_directions_and_those_out_of_reach_are_told() {
     let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("machines/table-table-ca-portal.yaml");
-    let (machine, bodies) = load_machine_and_bodies(&file).expect("machine");
+    let machine = load_machine(&file).expect("machine");
     let chain = Chain::of(&machine);
-    let tool = Tool::of(&machine, &bodies, None).expect("tool");
+    let tool = Tool::of(&machine, None).expect("tool");
     let kinematics = Kinematics::nominal(&machine, &chain, tool);
     let mut near = vec![0.0; machine.axes.len()];
     let c = machine.axis_index("C").expect("C");
@@ -154,9 +154,9 @@ fn singular_directions_and_those_out_of_reach_are_told() {
     assert_eq!(inverse.solutions[0].free, Some(c));
     assert_eq!(inverse.solutions[0].positions[c], 0.7);
     let nutating = Path::new(env!("CARGO_MANIFEST_DIR")).join("machines/nutating-head-45.yaml");
-    let (machine, bodies) = load_machine_and_bodies(&nutating).expect("machine");
+    let machine = load_machine(&nutating).expect("machine");
     let chain = Chain::of(&machine);
-    let tool = Tool::of(&machine, &bodies, None).expect("tool");
+    let tool = Tool::of(&machine, None).expect("tool");
     let kinematics = Kinematics::nominal(&machine, &chain, tool);
     // a 45 deg axis points the tool from upright to level and no further
     let below = Target { tip_mm: Vector3::zeros(), axis: Vector3::new(0.0, 1.0, -0.1).normalize(), across: None };

@@ -68,7 +68,7 @@ fn least(machine: &Machine, bodies: &Bodies, test: &Test) -> (f64, (String, Stri
     };
     let motion = Motion::of(&session, &chain, test).expect("motion");
     let rows = rows_with_run_in(machine, test, &motion);
-    let instrument = Instrument::of(&world, bodies, &kit, test).expect("instrument");
+    let instrument = Instrument::of(&world, machine, bodies, &kit, test).expect("instrument");
     let found = sweep_clearance(&instrument.scene(&world), &rows, 0.05, &mut Scratch::default());
     (found.mm, found.pair)
 }
@@ -130,7 +130,7 @@ fn certified_sweeps_agree_with_dense_sampling() {
     let world = World::new(&chain, &bodies).expect("links exist");
     let kit = standard_kit().expect("kit");
     let test = a_test(&machine, [0.0, -100.0, 0.0], 70.0);
-    let instrument = Instrument::of(&world, &bodies, &kit, &test).expect("instrument");
+    let instrument = Instrument::of(&world, &machine, &bodies, &kit, &test).expect("instrument");
     let scene = instrument.scene(&world);
     let mut scratch = Scratch::default();
     let a = machine.axis_index("A").expect("A");
@@ -197,7 +197,7 @@ fn a_post_of_one_millimetre_between_two_samples_is_found() {
     let chain = Chain::of(&machine);
     let world = World::new(&chain, &bodies).expect("links exist");
     let kit = standard_kit().expect("kit");
-    let instrument = Instrument::of(&world, &bodies, &kit, &test).expect("instrument");
+    let instrument = Instrument::of(&world, &machine, &bodies, &kit, &test).expect("instrument");
     let scene = instrument.scene(&world);
     let a = machine.axis_index("A").expect("A");
     for deg in [-12.5, -2.5, 7.5, 17.5, 27.5, 37.5, 47.5, 57.5, 67.5] {
@@ -233,7 +233,7 @@ fn a_bar_at_a_steep_angle_meets_its_cup_where_the_rim_says_and_the_sweep_ends_be
     let a = machine.axis_index("A").expect("A");
     let world = World::new(&Chain::of(&machine), &bodies).expect("links exist");
     let test = a_test(&machine, [0.0, 100.0, 0.0], 40.0);
-    let instrument = Instrument::of(&world, &bodies, &kit, &test).expect("instrument");
+    let instrument = Instrument::of(&world, &machine, &bodies, &kit, &test).expect("instrument");
     let row = |deg: f64| {
         let mut q = vec![0.0; machine.axes.len()];
         q[a] = deg.to_radians();

@@ -60,7 +60,7 @@ fn fine_rows(machine: &Machine, planned: &PlannedTest) -> Vec<Vec<f64>> {
 fn brute_force(machine: &Machine, bodies: &Bodies, kit: &Kit, planned: &PlannedTest) -> f64 {
     let chain = Chain::of(machine);
     let world = World::new(&chain, bodies).expect("links");
-    let instrument = Instrument::of(&world, bodies, kit, &planned.test).expect("instrument");
+    let instrument = Instrument::of(&world, machine, bodies, kit, &planned.test).expect("instrument");
     let scene = instrument.scene(&world);
     let geometry = Geometry::nominal(&chain);
     let workpiece = chain.branch(fiveaxis::chain::Branch::Workpiece).len();

@@ -34,7 +34,7 @@ fn sampled(machine: &Machine, bodies: &Bodies, test: &PlannedTest, corners: &[Ve
     let chain = Chain::of(machine);
     let world = World::new(&chain, bodies).expect("links");
     let kit = standard_kit().expect("kit");
-    let instrument = Instrument::of(&world, bodies, &kit, &test.test).expect("instrument");
+    let instrument = Instrument::of(&world, machine, bodies, &kit, &test.test).expect("instrument");
     let scene = instrument.scene_without_bar(&world);
     assert!(scene.parts().iter().all(|part| part.name != "bar"));
     let mut scratch = Scratch::default();

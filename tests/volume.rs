@@ -5,7 +5,7 @@ use std::path::Path;
 use assert_cmd::Command;
 use fiveaxis::chain::Chain;
 use fiveaxis::inverse::Tool;
-use fiveaxis::load::load_machine_and_bodies;
+use fiveaxis::load::load_machine;
 use fiveaxis::machine::Component;
 use fiveaxis::volume::{Figures, Part, causes, pose_errors, poses};
 use nalgebra::Vector3;
@@ -15,8 +15,8 @@ const POSES: usize = 4000;
 #[test]
 fn single_errors_have_the_sizes_that_geometry_says() {
     let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("machines/hermle-c600u.yaml");
-    let (mut machine, bodies) = load_machine_and_bodies(&file).expect("machine");
-    let tool = Tool::of(&machine, &bodies, None).expect("tool");
+    let mut machine = load_machine(&file).expect("machine");
+    let tool = Tool::of(&machine, None).expect("tool");
     let c = machine.axis_index("C").expect("C");
     let set = poses(&machine, tool, None, POSES).expect("poses");
     // a shift of the table moves every tip alike and turns nothing

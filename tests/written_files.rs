@@ -159,7 +159,9 @@ fn random_session(machine: Machine, random: &mut ChaCha8Rng) -> Session {
         .map(|index| {
             let mut number = |from: f64, to: f64| random.random_range(from..to);
             let path = if index % 2 == 0 {
-                let follow = if index == 0 { Follow::Radial } else { Follow::None };
+                // slides follow a rotary axis alone
+                let turns = machine.axes[0].kind == AxisKind::Rotary;
+                let follow = if index == 0 && turns { Follow::Radial } else { Follow::None };
                 TestPath::Sweep { axis: 0, from: -1.0, to: number(0.0, 3.0), step: number(0.01, 0.5), follow }
             } else {
                 let plane = CirclePlane { first: linear[1], second: linear[0] };

@@ -1,4 +1,4 @@
-//! Bodies beside the kinematic model: solids on links, surfaces that take a pivot, the spindle side, the kit. It measures no distances.
+//! Bodies beside the kinematic model: solids on links, surfaces that take a pivot, the kit. It measures no distances.
 
 mod kit;
 mod mesh;
@@ -12,7 +12,6 @@ pub use solid::{MAX_CORNERS, Solid, frame_along};
 use nalgebra::Vector3;
 
 use crate::chain::Pose;
-use crate::machine::Machine;
 
 /// A solid thing that a link carries.
 #[derive(Debug, Clone, PartialEq)]
@@ -101,41 +100,11 @@ impl Mount {
     }
 }
 
-/// Where tools are clamped.
-#[derive(Debug, Clone, PartialEq)]
-pub struct SpindleSide {
-    /// Name of the carrying link.
-    pub link: String,
-    /// Middle of the nose face, mm, in R with all axes at zero.
-    pub nose: Vector3<f64>,
-    /// From the tool tip into the spindle, unit length.
-    pub direction: Vector3<f64>,
-    /// From the nose to the spindle ball on the tool axis, mm.
-    pub gauge_length_mm: f64,
-}
-
-impl SpindleSide {
-    /// Spindle ball on the tool axis, mm.
-    pub fn ball(&self) -> Vector3<f64> {
-        self.nose - self.direction * self.gauge_length_mm
-    }
-}
-
 /// Everything solid about a machine.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Bodies {
     pub bodies: Vec<Body>,
     pub mounts: Vec<Mount>,
-    pub spindle: Option<SpindleSide>,
     /// Pairs of bodies that touch by design, by name: a table in its bearing, a slide on its guideway. They are never compared.
     pub touching: Vec<(String, String)>,
-}
-
-impl Bodies {
-    /// The way the tool looks out of the spindle in R with all axes at zero; of a machine without a stated spindle whose
-    /// Z runs along R's z that is −z (ISO 841: Z lies along the spindle), of others it is not known.
-    pub fn tool_direction(&self, machine: &Machine) -> Option<Vector3<f64>> {
-        let along_z = machine.axis_index("Z").is_some_and(|z| machine.axes[z].coordinate_direction() == Some(2));
-        self.spindle.as_ref().map(|spindle| -spindle.direction).or(along_z.then(|| -Vector3::z()))
-    }
 }

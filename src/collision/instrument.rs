@@ -8,7 +8,8 @@ use super::convex::Convex;
 use super::scene::{BarEnds, Cone, Scene};
 use super::solids::{Nose, bar_solids, stand_solids};
 use super::world::{Part, World};
-use crate::bodies::{Bodies, Kit, Mount, SpindleSide};
+use crate::bodies::{Bodies, Kit, Mount};
+use crate::machine::{Machine, SpindleSide};
 use crate::session::Test;
 
 /// A bar stays this far inside the cones of its cups, rad: cups stand and are made to some tenths of a degree, and the rim
@@ -104,11 +105,16 @@ struct Links<'a> {
 
 impl<'a> Links<'a> {
     /// The surface under the pivot and the spindle that holds the other ball, when the machine has both.
-    fn of(world: &World, bodies: &'a Bodies, kit: &Kit, test: &Test) -> Result<Links<'a>, InstrumentError> {
+    fn of(
+        world: &World,
+        (machine, bodies): (&'a Machine, &'a Bodies),
+        kit: &Kit,
+        test: &Test,
+    ) -> Result<Links<'a>, InstrumentError> {
         let chain = world.chain();
         let pivot_link = chain.link(&test.pivot.link);
         let placement = Placement::of(bodies, kit, test, |link| chain.link(link) == pivot_link)?;
-        let spindle = bodies.spindle.as_ref().ok_or_else(|| {
+        let spindle = machine.spindle.as_ref().ok_or_else(|| {
             no_spindle(test, "the machine file has no 'spindle'; add its link, nose and direction".to_string())
         })?;
         let (Some(pivot_link), Some(spindle_link)) = (pivot_link, chain.link(&test.spindle_ball.link)) else {
@@ -145,8 +151,14 @@ fn bar_length_mm(kit: &Kit, test: &Test) -> Result<f64, InstrumentError> {
 
 impl<'a> Instrument<'a> {
     /// The instrument of a test on a machine.
-    pub fn of(world: &World, bodies: &'a Bodies, kit: &Kit, test: &Test) -> Result<Instrument<'a>, InstrumentError> {
-        let Links { placement, spindle, pivot_frame, spindle_frame } = Links::of(world, bodies, kit, test)?;
+    pub fn of(
+        world: &World,
+        machine: &'a Machine,
+        bodies: &'a Bodies,
+        kit: &Kit,
+        test: &Test,
+    ) -> Result<Instrument<'a>, InstrumentError> {
+        let Links { placement, spindle, pivot_frame, spindle_frame } = Links::of(world, (machine, bodies), kit, test)?;
         let bar_frame = world.frame_count();
         let (pivot, ball) = (test.pivot.at, test.spindle_ball.at);
         let normal = placement.mount.normal;

@@ -61,8 +61,8 @@ pub struct Scratch {
     views: Vec<(Vector3<f64>, Vector3<f64>, f64)>,
     relative: Vec<Option<(Matrix3<f64>, Vector3<f64>)>>,
     bounds: Vec<f64>,
-    /// Reference point of a mover, axis, lever in mm per rad or mm.
-    pub(super) levers: Vec<(usize, usize, f64)>,
+    /// Reference point of a mover, axis, lever in mm per rad or mm; the second one seen from the other body.
+    pub(super) levers: Vec<(usize, usize, [f64; 2])>,
 }
 
 impl World {

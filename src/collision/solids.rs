@@ -4,8 +4,9 @@ use nalgebra::Vector3;
 
 use super::convex::Convex;
 use super::world::{Part, World};
-use crate::bodies::{Bar, Kit, SpindleSide};
+use crate::bodies::{Bar, Kit};
 use crate::chain::Geometry;
+use crate::machine::SpindleSide;
 use crate::session::{Path, Test};
 
 /// A ball that is farther from the tool axis than this is held by a fixture, mm.

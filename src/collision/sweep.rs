@@ -210,22 +210,27 @@ fn advance(
     for (point, (frame, at, reach, axes)) in mover.points.iter().enumerate() {
         let several = axes.len() > 1;
         for &axis in axes {
-            let mut lever = scene.lever(axis, *frame, at, *reach, several, scratch);
-            if let Some((frame, at, reach)) = &mover.other {
-                lever = lever.min(scene.lever(axis, *frame, at, *reach, several, scratch));
-            }
             let rotary = scene.world.linkage.chain.joint(axis).kind == AxisKind::Rotary;
-            scratch.levers.push((point, axis, if rotary && several { lever + slack_mm } else { lever }));
+            let grows_mm = if rotary && several { slack_mm } else { 0.0 };
+            let own = scene.lever(axis, *frame, at, *reach, several, scratch) + grows_mm;
+            let other = mover.other.as_ref().map_or(f64::INFINITY, |(frame, at, reach)| {
+                scene.lever(axis, *frame, at, *reach, several, scratch) + grows_mm
+            });
+            scratch.levers.push((point, axis, [own, other]));
         }
     }
     let mut left = slack_mm;
     let (mut row, mut fraction) = (row, fraction);
     while row + 1 < rows.len() {
-        let mut moves = [0.0; 2];
-        for &(point, axis, lever) in &scratch.levers {
-            moves[point] += (rows[row + 1][axis] - rows[row][axis]).abs() * lever;
+        // seen from either body alike; a sum of levers of both would not hold where several axes turn
+        let mut moves = [[0.0; 2]; 2];
+        for &(point, axis, [own, other]) in &scratch.levers {
+            let step = (rows[row + 1][axis] - rows[row][axis]).abs();
+            moves[point][0] += step * own;
+            moves[point][1] += if step > 0.0 { step * other } else { 0.0 };
         }
-        let whole = moves[0].max(moves[1]);
+        let [one, two] = moves.map(|[own, other]: [f64; 2]| own.min(other));
+        let whole = one.max(two);
         let rest: f64 = whole * (1.0 - fraction);
         if rest > left {
             return Some((row, fraction + left / whole));

@@ -27,6 +27,8 @@ pub enum Meaning {
     Reference,
     /// Words of this block are no positions.
     Dwell,
+    /// `G5.1 Q1` and `G5 P10000` switch look-ahead on; with axis words they are curves.
+    SplineOrLookAhead,
     /// Of no meaning for the path.
     Other,
     /// Changes the path in a way that is not followed here.
@@ -50,7 +52,7 @@ pub enum Motion {
 const CYCLE: &str = "is a canned cycle; let the CAM system write its moves out";
 const RADIUS: &str = "has the control offset the path by the tool's radius; let the CAM system do that";
 const TURNED: &str = "turns, scales or mirrors coordinates in the control; program the plain ones";
-const SPLINE: &str = "is a curve that is not followed here; use lines and arcs";
+pub const SPLINE: &str = "is a curve that is not followed here; use lines and arcs";
 const PROBE: &str = "ends where a probe triggers, which is not known here";
 const SHIFTED: &str = "shifts the coordinates by what is not known here; use G54 to G59.3 with stated offsets";
 const LATHE: &str = "is a lathe's";
@@ -91,7 +93,8 @@ pub fn g_code(tenths: u16) -> Option<Meaning> {
         730 | 740 | 760 | 810 | 820 | 830 | 840 | 850 | 860 | 870 | 880 | 890 => Refused(CYCLE),
         410..=429 => Refused(RADIUS),
         160 | 510 | 511 | 680 | 682 | 683 => Refused(TURNED),
-        50..=59 => Refused(SPLINE),
+        50 | 51 => SplineOrLookAhead,
+        52..=59 => Refused(SPLINE),
         380..=389 | 310 => Refused(PROBE),
         520 | 920 | 922 | 923 => Refused(SHIFTED),
         70 | 330 | 960 => Refused(LATHE),
@@ -117,7 +120,7 @@ impl Meaning {
             WorkOffset(_) => 6,
             ToolLength | ToolLengthGiven | ToolCentrePoint | NoToolLength => 7,
             SetOffsets | Reference | Dwell => 8,
-            MachineCoordinates | Other | Refused(_) => return None,
+            MachineCoordinates | SplineOrLookAhead | Other | Refused(_) => return None,
         })
     }
 }
@@ -133,7 +136,8 @@ pub fn is_usual_m_code(tenths: u16) -> bool {
     matches!(tenths / 10, 0..=9 | 19 | 30 | 48..=53 | 60..=65 | 67 | 68 | 70 | 72)
 }
 
-/// M codes that take effect at the end of their block.
+/// M codes that take effect at the end of their block: stops and ends, tool change, spindle stop, coolant off. Controls that stop spindle and
+/// coolant as a block begins are as well served by the end of its last piece.
 pub fn acts_at_the_end(tenths: u16) -> bool {
-    matches!(tenths / 10, 0 | 1 | 2 | 30 | 60)
+    matches!(tenths / 10, 0 | 1 | 2 | 5 | 9 | 30 | 60)
 }

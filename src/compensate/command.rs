@@ -4,7 +4,6 @@ use nalgebra::{Matrix3, Vector3};
 
 use super::modal::LETTERS;
 use super::path::Place;
-use crate::bodies::Bodies;
 use crate::chain::Chain;
 use crate::inverse::{AxisInWorkpiece, Kinematics, Tool, ToolPose};
 use crate::machine::{AxisKind, Machine};
@@ -34,7 +33,6 @@ pub struct Control<'a> {
     pub turning: Vec<usize>,
     /// Machine coordinates of the axes at zero, mm and deg by letter.
     zero: [f64; 9],
-    bodies: &'a Bodies,
     usual_length_mm: Option<f64>,
     /// Tip in the workpiece at coordinates 0 0 0 with the rotary axes at zero, and per coordinate.
     origin: Vector3<f64>,
@@ -48,7 +46,6 @@ impl<'a> Control<'a> {
     pub fn new(
         machine: &'a Machine,
         chain: &'a Chain,
-        bodies: &'a Bodies,
         coordinates: Coordinates,
         usual_length_mm: Option<f64>,
     ) -> Result<Control<'a>, String> {
@@ -74,8 +71,8 @@ impl<'a> Control<'a> {
             ));
         }
         let unknown = "which way the tool looks is not known: state spindle: {nose: [x, y, z], direction: [i, j, k]} in the machine file";
-        let nose = Tool::of(machine, bodies, Some(0.0)).ok_or(unknown)?;
-        let usual = Tool::of(machine, bodies, usual_length_mm).ok_or(unknown)?;
+        let nose = Tool::of(machine, Some(0.0)).ok_or(unknown)?;
+        let usual = Tool::of(machine, usual_length_mm).ok_or(unknown)?;
         let zero =
             std::array::from_fn(|letter| axis_of[letter].and_then(|axis| machine.machine_zero[axis]).unwrap_or(0.0));
         let nominal = Kinematics::nominal(machine, chain, nose);
@@ -86,7 +83,6 @@ impl<'a> Control<'a> {
             sliding,
             turning,
             zero,
-            bodies,
             usual_length_mm,
             origin: Vector3::zeros(),
             ways: Matrix3::identity(),
@@ -129,7 +125,7 @@ impl<'a> Control<'a> {
     pub fn tool(&self, length_mm: Option<f64>) -> Tool {
         let length = length_mm.or(self.usual_length_mm);
         // known since the control was made
-        Tool::of(self.nominal.machine(), self.bodies, length).unwrap_or(*self.nominal.tool())
+        Tool::of(self.nominal.machine(), length).unwrap_or(*self.nominal.tool())
     }
 
     /// Positions of the axes that the control drives to for coordinates; `near` holds a start for the slides.

@@ -1,7 +1,7 @@
 //! Modes of a program: what a control keeps from block to block. Unknown until said.
 
 use super::block::{Block, Word};
-use super::codes::{Meaning, Motion, g_code, refused_m_code};
+use super::codes::{Meaning, Motion, SPLINE, g_code, refused_m_code};
 use crate::units::MM_PER_INCH;
 
 /// Axis letters in the order of all arrays here.
@@ -126,6 +126,12 @@ impl Modal {
                         .code()
                         .and_then(g_code)
                         .ok_or_else(|| format!("has G{}, which is not known here", word.value))?;
+                    let has_place = || block.words.iter().any(|word| LETTERS.contains(&word.letter));
+                    let meaning = match meaning {
+                        Meaning::SplineOrLookAhead if has_place() => Meaning::Refused(SPLINE),
+                        Meaning::SplineOrLookAhead => Meaning::Other,
+                        other => other,
+                    };
                     self.take_code(meaning, word.value, number(b'H'), tools, &mut once)?;
                 }
                 b'M' => {
@@ -152,6 +158,13 @@ impl Modal {
         }
         if once == Once::ToolLengthGiven {
             let z = number(b'Z').ok_or("has G43.1 without the tool's length as Z")?;
+            if let Some(word) = block.words.iter().find(|word| word.letter != b'Z' && LETTERS.contains(&word.letter)) {
+                let letter = word.letter as char;
+                return Err(format!(
+                    "has G43.1 with {letter}{}, an offset of the tool across its axis, which is not followed here; give Z alone",
+                    word.value
+                ));
+            }
             self.tool = Some(ToolLength::On(z * self.unit()?));
         }
         Ok(once)
@@ -197,7 +210,7 @@ impl Modal {
             Meaning::SetOffsets => *once = Once::SetOffsets,
             Meaning::Reference => *once = Once::Reference,
             Meaning::Dwell => *once = Once::Dwell,
-            Meaning::Other => {}
+            Meaning::SplineOrLookAhead | Meaning::Other => {}
             Meaning::Refused(why) => {
                 // until another motion is said, further places belong to it
                 self.motion = Some(Motion::Cycle);

@@ -85,10 +85,7 @@ impl Compensator<'_> {
         out: &mut Vec<u8>,
     ) -> Result<(), String> {
         let unknown: Vec<String> = (0..9)
-            .filter(|&k| {
-                self.control.axis_of[k].is_some()
-                    && (target[k].is_none() || self.here[k].is_none() && target[k].is_none())
-            })
+            .filter(|&k| self.control.axis_of[k].is_some() && target[k].is_none())
             .map(|k| (LETTERS[k] as char).to_string())
             .collect();
         if self.modal.motion != Some(Motion::Rapid) {

@@ -77,6 +77,9 @@ impl Compensator<'_> {
 
     /// `G53`: stays as it is.
     pub(super) fn goes_to_machine_coordinates(&mut self, block: &Block) -> Result<(), String> {
+        if self.modal.is_absolute == Some(false) {
+            return Err("has G53 in G91, which controls read in different ways; say G90 before it".into());
+        }
         let unit = self.modal.unit()?;
         for word in &block.words {
             let Some(letter) = self.letter(word.letter)? else { continue };

@@ -9,7 +9,6 @@ use super::modal::{LETTERS, Modal, Once, ToolLength};
 use super::rewrite::Changes;
 use super::settings::{NotCorrected, Settings, Summary};
 use super::state::{Compensator, Text, Told};
-use crate::bodies::Bodies;
 use crate::chain::Chain;
 use crate::disturbances::Remembered;
 use crate::inverse::Kinematics;
@@ -20,13 +19,8 @@ const MOST_LISTED: usize = 100;
 
 impl<'a> Compensator<'a> {
     /// For a machine with its errors.
-    pub fn new(
-        machine: &'a Machine,
-        chain: &'a Chain,
-        bodies: &'a Bodies,
-        settings: Settings,
-    ) -> Result<Compensator<'a>, String> {
-        let control = Control::new(machine, chain, bodies, settings.coordinates, settings.tool_length_mm)?;
+    pub fn new(machine: &'a Machine, chain: &'a Chain, settings: Settings) -> Result<Compensator<'a>, String> {
+        let control = Control::new(machine, chain, settings.coordinates, settings.tool_length_mm)?;
         let actual = Kinematics::actual(machine, chain, *control.nominal.tool());
         let corrector = Corrector::new(actual, control.sliding, &control.turning);
         let mut compensator = Compensator {

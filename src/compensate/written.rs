@@ -39,8 +39,14 @@ impl Compensator<'_> {
                 // a hundredth of a micrometre in inches
                 false => (value / unit, decimals + 2),
             };
-            words.push((LETTERS[letter], number(value, decimals)));
-            self.sent[letter] = Some(command[letter]);
+            let written = number(value, decimals);
+            // increments add up on the control as they are written
+            let rounded = written.parse::<f64>().map_or(value, |read| if is_angle { read } else { read * unit });
+            self.sent[letter] = Some(match self.modal.is_absolute {
+                Some(false) if before.is_finite() => before + rounded,
+                _ => command[letter],
+            });
+            words.push((LETTERS[letter], written));
         }
         words
     }

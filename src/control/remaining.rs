@@ -4,7 +4,6 @@ use nalgebra::Vector3;
 
 use super::held::{held_where, left_over, what_stays};
 use super::numbers::{Number, What};
-use crate::bodies::Bodies;
 use crate::effects::{Signature, is_a};
 use crate::identify::Fit;
 use crate::inverse::Tool;
@@ -54,10 +53,9 @@ pub fn remaining(
     session: &Session,
     fitted: &Machine,
     fit: &Fit,
-    bodies: &Bodies,
     (numbers, enters): (&[Number], &Enters),
 ) -> Option<Remaining> {
-    let mut tool = Tool::of(fitted, bodies, None)?;
+    let mut tool = Tool::of(fitted, None)?;
     // the tip is where the spindle ball is
     if let Some(ball) =
         session.tests.first().map(|test| &test.spindle_ball).filter(|_| session.machine.carried.is_empty())

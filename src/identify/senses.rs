@@ -12,7 +12,6 @@ use nalgebra::{Cholesky, DMatrix, DVector, Vector3};
 use super::estimate::Fit;
 use super::mark_senses::worse_by_marks;
 use super::solve::{Weighting, normal_equations};
-use crate::bodies::Bodies;
 use crate::chain::{Chain, Composition, Geometry, sense_in_words};
 use crate::identify::model::error::FitError;
 use crate::identify::model::problem::Problem;
@@ -89,7 +88,7 @@ impl TurnedSense {
     pub fn how_to_tell(&self, session: &Session) -> String {
         let machine = &session.machine;
         let zero = vec![0.0; machine.axes.len()];
-        let tool = Bodies::default().tool_direction(machine);
+        let tool = machine.tool_direction();
         let goes: Vec<String> =
             self.axes.iter().map(|&axis| sense_in_words(machine, axis, &zero, tool.as_ref())).collect();
         let each = if self.axes.len() > 1 { "each of " } else { "" };

@@ -2,7 +2,6 @@
 
 use nalgebra::Vector3;
 
-use crate::bodies::Bodies;
 use crate::chain::{Branch, Chain, Composition, Geometry, MotionErrors, Pose};
 use crate::machine::{AxisKind, Machine};
 
@@ -27,9 +26,9 @@ impl Tool {
     /// The tool of a machine, `length_mm` long from the spindle's nose; without a length it ends where the spindle ball is.
     ///
     /// A machine file that states no spindle has its nose at R's origin. `None`: the way the tool looks is not known.
-    pub fn of(machine: &Machine, bodies: &Bodies, length_mm: Option<f64>) -> Option<Tool> {
-        let looks = bodies.tool_direction(machine)?;
-        let stated = bodies.spindle.as_ref();
+    pub fn of(machine: &Machine, length_mm: Option<f64>) -> Option<Tool> {
+        let looks = machine.tool_direction()?;
+        let stated = machine.spindle.as_ref();
         let nose = stated.map_or_else(Vector3::zeros, |spindle| spindle.nose);
         let usual = stated.map_or(0.0, |spindle| spindle.gauge_length_mm);
         Some(Tool::new(nose + looks * length_mm.unwrap_or(usual), -looks))

@@ -153,6 +153,11 @@ impl Kinematics<'_> {
                     // the one nearest to its travel is told
                     inside.push(((0.5 * (from + to) - q) / TAU).round());
                 }
+                if solution.free == Some(index) {
+                    // any position does: one stands for all
+                    inside.sort_by(|one, other| one.abs().total_cmp(&other.abs()));
+                    inside.truncate(1);
+                }
                 let at = |turns: &f64| {
                     let mut other = solution.clone();
                     other.positions[index] = q + turns * TAU;

@@ -10,6 +10,7 @@ mod effect_names;
 mod error_name;
 mod linear_axes;
 mod serial_machine;
+mod spindle;
 mod squareness;
 
 pub(crate) use axis::letter_axis;
@@ -23,5 +24,6 @@ pub use effect::{Effect, Outlet, ParameterValue, Place, Size};
 pub use error_name::{Component, ErrorName, ErrorNameError};
 pub use linear_axes::{LinearAxes, LinearClass};
 pub use serial_machine::Machine;
+pub use spindle::SpindleSide;
 pub(crate) use squareness::is_by_choice_of_r;
 pub use squareness::squareness;

@@ -9,6 +9,7 @@ use super::directions::{Directions, DirectionsDiffer, DirectionsUnstated};
 use super::effect::Effect;
 use super::error_name::ErrorName;
 use super::linear_axes::LinearAxes;
+use super::spindle::SpindleSide;
 
 /// A serial machine: axes in the order of the structural code, workpiece first.
 #[derive(Debug, Clone, PartialEq)]
@@ -25,8 +26,10 @@ pub struct Machine {
     pub gravity: Vector3<f64>,
     /// Machine coordinate (G53, mm or deg) of an axis at our zero, by axis index.
     pub machine_zero: Vec<Option<f64>>,
-    /// Distance from the spindle nose to the spindle ball, mm.
+    /// Distance from the spindle nose to the spindle ball as the file states it, mm.
     pub gauge_length_mm: Option<f64>,
+    /// Where tools are clamped; a robot description does not say.
+    pub spindle: Option<SpindleSide>,
     /// Extra names of links (URDF link names), each with the axis that carries it (`None`: the bed).
     pub link_names: Vec<(String, Option<usize>)>,
     /// Branches that load it and lie on no way between workpiece and tool.
@@ -57,6 +60,7 @@ impl Machine {
             gravity: -Vector3::z(),
             machine_zero: vec![None; axes.len()],
             gauge_length_mm: None,
+            spindle: None,
             link_names: Vec::new(),
             carried: Vec::new(),
             effects: Vec::new(),
@@ -64,6 +68,13 @@ impl Machine {
             caveats: Vec::new(),
             axes,
         }
+    }
+
+    /// The way the tool looks out of the spindle in R with all axes at zero; of a machine without a stated spindle whose
+    /// Z runs along R's z that is −z (ISO 841: Z lies along the spindle), of others it is not known.
+    pub fn tool_direction(&self) -> Option<Vector3<f64>> {
+        let along_z = self.axis_index("Z").is_some_and(|z| self.axes[z].coordinate_direction() == Some(2));
+        self.spindle.as_ref().map(|spindle| -spindle.direction).or(along_z.then(|| -Vector3::z()))
     }
 
     /// Index of the axis with this name.

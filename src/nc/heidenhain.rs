@@ -1,4 +1,4 @@
-//! Programs in Heidenhain conversational. What is to be done is in `steps`.
+//! Programs in Heidenhain conversational. What is to be done is in `step`.
 
 use std::fmt::Write as _;
 

@@ -1,4 +1,4 @@
-//! Programs of letters and numbers: generic ISO 6983, LinuxCNC and Sinumerik. What is to be done is in `steps`.
+//! Programs of letters and numbers: generic ISO 6983, LinuxCNC and Sinumerik. What is to be done is in `step`.
 
 use std::fmt::Write as _;
 

@@ -1,4 +1,4 @@
-//! What stands before and after each direction of a test: rests, and the moves along the bar that mark the run. The run is `steps`'s.
+//! What stands before and after each direction of a test: rests, and the moves along the bar that mark the run. The run is `step`'s.
 
 use super::coordinates::Coordinates;
 use super::step::Step;

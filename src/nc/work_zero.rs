@@ -2,9 +2,9 @@
 
 use nalgebra::Vector3;
 
-use crate::bodies::{Bodies, Mount, SpindleSide};
+use crate::bodies::{Bodies, Mount};
 use crate::chain::{Branch, Chain};
-use crate::machine::{AxisKind, Machine};
+use crate::machine::{AxisKind, Machine, SpindleSide};
 
 /// Directions that differ by less are one; its square root is the angle, rad.
 const SAME_DIRECTION: f64 = 1e-9;
@@ -13,7 +13,7 @@ const NONE_MM: f64 = 5e-4;
 
 /// Where zero is, a sentence each: `Z 0: spindle nose 185.000 mm above table top`. Nothing where the file states no spindle.
 pub fn zero_words(machine: &Machine, bodies: &Bodies) -> Vec<String> {
-    let Some(spindle) = &bodies.spindle else { return Vec::new() };
+    let Some(spindle) = &machine.spindle else { return Vec::new() };
     let turning = turning_on_the_table_side(machine);
     let mut along = Vec::new();
     let mut across = Vec::new();

@@ -1,4 +1,4 @@
-//! Planned paths: the sweep of one axis, with linear axes following or not, and planar circles. Positions are computed in `motion`.
+//! Planned paths: the sweep of one axis, with linear axes following or not, and planar circles. Positions are computed in `test_motion`.
 
 use nalgebra::Vector3;
 

@@ -2,9 +2,9 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-use crate::bodies::{Bodies, Body, Mount, Outline, Solid, SpindleSide};
+use crate::bodies::{Bodies, Body, Mount, Outline, Solid};
 use crate::chain::Pose;
-use crate::machine::{Axis, AxisKind, Directions, Machine, StructuralCode, letter_axis};
+use crate::machine::{Axis, AxisKind, Directions, Machine, SpindleSide, StructuralCode, letter_axis};
 
 /// The envelope in words, for the report.
 pub const ENVELOPE: &str = "X, Y and Z travel ±400 mm, A and B ±110°, C ±360°. Axes of the table meet in the spindle's \
@@ -39,7 +39,9 @@ const PLATE_Z_MM: [f64; 2] = [-200.0, 340.0];
 pub fn envelope(code: &StructuralCode) -> (Machine, Bodies) {
     let axes = code.axis_names().enumerate().map(|(place, name)| axis(name, !code.carries_workpiece(place))).collect();
     let machine = Machine::plain(format!("Survey envelope {code}"), code.clone(), Directions::Iso841, axes);
-    (machine, bodies(code))
+    let up = Vector3::z();
+    let spindle = SpindleSide { link: "t".into(), nose: up * NOSE_MM, direction: up, gauge_length_mm: NOSE_MM };
+    (Machine { spindle: Some(spindle), ..machine }, bodies(code))
 }
 
 fn axis(name: &str, on_tool_side: bool) -> Axis {
@@ -80,7 +82,6 @@ fn bodies(code: &StructuralCode) -> Bodies {
             outline: Outline::Disc { inner_radius_mm: 0.0, radius_mm: TABLE_RADIUS_MM },
             slot_pitch_mm: None,
         }],
-        spindle: Some(SpindleSide { link: "t".into(), nose: up * NOSE_MM, direction: up, gauge_length_mm: NOSE_MM }),
         touching: Vec::new(),
     };
     let link = beside_the_table(code);

@@ -2,9 +2,10 @@
 
 use nalgebra::Vector3;
 
+use super::figures::GAUGE_MM;
 use super::inclined::Inclined;
 use super::sizes::{Frame, Sizes};
-use crate::machine::{Axis, AxisKind, Machine, letter_axis};
+use crate::machine::{Axis, AxisKind, Machine, SpindleSide, letter_axis};
 
 /// What a file from a template must say of itself.
 const CAVEATS: [&str; 2] = [
@@ -19,7 +20,10 @@ pub fn machine(sizes: &Sizes, frame: &Frame) -> Machine {
         code.axis_names().enumerate().map(|(place, name)| axis(sizes, frame, name, !code.carries_workpiece(place)));
     let plain = Machine::plain(sizes.name.clone(), sizes.code.clone(), sizes.directions, axes.collect());
     let caveats = CAVEATS.map(str::to_string).into_iter().chain(sizes.assumed()).collect();
-    Machine { caveats, ..plain }
+    let link = code.tool_side.last().cloned().unwrap_or_else(|| "b".into());
+    let up = Vector3::z();
+    let spindle = Some(SpindleSide { link, nose: up * GAUGE_MM, direction: up, gauge_length_mm: GAUGE_MM });
+    Machine { caveats, spindle, ..plain }
 }
 
 fn axis(sizes: &Sizes, frame: &Frame, name: &str, is_on_tool_side: bool) -> Axis {

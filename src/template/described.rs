@@ -4,9 +4,9 @@ use nalgebra::{Matrix3, Vector3};
 
 use super::figures::{GAUGE_MM, SizesError, TableSize, assumed_range};
 use super::made::Made;
-use crate::bodies::{Bodies, Body, Mount, Outline, Solid, SpindleSide, frame_along};
+use crate::bodies::{Bodies, Body, Mount, Outline, Solid, frame_along};
 use crate::chain::Pose;
-use crate::machine::{AxisKind, Directions, Machine, StructuralCode, letter_axis};
+use crate::machine::{AxisKind, Directions, Machine, SpindleSide, StructuralCode, letter_axis};
 
 /// What a description does not say of itself.
 #[derive(Debug, Clone, PartialEq)]
@@ -79,7 +79,7 @@ pub fn plannable(machine: &Machine, bodies: &Bodies, wishes: &Wishes) -> Result<
     let mount = surface(&mut all, &table, wishes)?;
     let nose = nose(&mut all, &spindle, wishes);
     all.mounts.push(mount);
-    all.spindle = Some(nose);
+    named.spindle = Some(nose);
     join(&mut all, &named.code);
     Ok(Made { machine: named, bodies: all, assumed })
 }

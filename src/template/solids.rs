@@ -1,4 +1,4 @@
-//! Solids that stand for a machine of a data sheet: table, cradle, slides, bed, spindle, head, fork. None is a drawing.
+//! Solids that stand for a machine of a data sheet: table, cradle, slides, bed, housing, head, fork. None is a drawing.
 
 use nalgebra::Vector3;
 
@@ -6,7 +6,7 @@ use super::figures::{GAUGE_MM, TableSize, is_rotary};
 use super::parts::{GAP_MM, PLATE_MM, TABLE_MM, add, brick, carrier};
 use super::sizes::{Frame, Sizes};
 use super::swivel::{SwivelTable, swivel_head};
-use crate::bodies::{Bodies, Body, Mount, Outline, SpindleSide};
+use crate::bodies::{Bodies, Body, Mount, Outline};
 
 /// Thickness of a cradle's arms and of a slide, mm.
 const ARM_MM: f64 = 70.0;
@@ -14,7 +14,7 @@ const SLIDE_MM: f64 = 80.0;
 /// Angle plate: thickness, width, height above the table top, mm.
 const ANGLE_PLATE_MM: [f64; 3] = [60.0, 300.0, 450.0];
 
-/// Bodies, the table's surface and the spindle.
+/// Bodies and the table's surface.
 pub fn bodies(sizes: &Sizes, frame: &Frame) -> Bodies {
     let mut all = Bodies::default();
     let below = workpiece_side(&mut all, sizes, frame);
@@ -236,8 +236,6 @@ fn tool_side(all: &mut Bodies, sizes: &Sizes, frame: &Frame) {
             }
         }
     }
-    all.spindle =
-        Some(SpindleSide { link: last, nose: Vector3::z() * nose, direction: Vector3::z(), gauge_length_mm: nose });
 }
 
 /// A plate behind the table that looks along the tilting axis of the head, for the cup that its test needs.

@@ -51,7 +51,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Refusal> {
         tool: arguments.tool_link.clone(),
     };
     settle(&arguments.file)?;
-    let (machine, tool, session, pairs) = if names_tests(&arguments.file)? {
+    let (machine, session, pairs) = if names_tests(&arguments.file)? {
         if !links.is_empty() {
             return Err(format!(
                 "{}: is a session; it names links itself, with root_link, workpiece_link and tool_link",
@@ -60,21 +60,18 @@ pub fn run(arguments: &Arguments) -> Result<(), Refusal> {
             .into());
         }
         let session = load_session(&arguments.file)?;
-        // a session has read its machine without the solids
-        let tool = Bodies::default().tool_direction(&session.machine);
-        (session.machine.clone(), tool, Some(session_check(&session)?), None)
+        (session.machine.clone(), Some(session_check(&session)?), None)
     } else {
         // solids, mounts and the spindle stand in the same file and are validated with it
         let (machine, bodies) = load_machine_and_bodies_with_links(&arguments.file, &links)?;
         let pairs = body_pairs(&arguments.file, &machine, &bodies)?;
-        let tool = bodies.tool_direction(&machine);
-        (machine, tool, None, pairs)
+        (machine, None, pairs)
     };
     let mut placements = vec![placement(&machine, vec![0.0; machine.axes.len()])];
     if let Some(at) = &arguments.at {
         placements.push(placement(&machine, positions_from_text(at, &machine)?));
     }
-    let senses = senses(&machine, tool.as_ref());
+    let senses = senses(&machine, machine.tool_direction().as_ref());
     if arguments.json {
         let value = check_json(&machine, &senses, &placements, session.as_ref(), pairs.as_ref());
         print_json(&value)

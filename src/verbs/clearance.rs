@@ -40,14 +40,14 @@ pub fn run(arguments: &Arguments) -> Result<(), Refusal> {
     let folder = arguments.session.parent().map(PathBuf::from).unwrap_or_default();
     let machine_file = folder.join(&session.machine_file);
     let (machine, bodies) = load_machine_and_bodies(&machine_file)?;
-    solids::require(&machine_file, &bodies)?;
+    solids::require(&machine_file, &machine, &bodies)?;
     let kit = arguments.kit.as_deref().map_or_else(standard_kit, load_kit)?;
     let chain = Chain::of(&machine);
     let world = solids::world(&machine_file, &machine, &bodies)?;
     let can_touch = world.meetings_by_one_axis(&machine);
     let mut tests = Vec::new();
     for test in &session.tests {
-        let instrument = Instrument::of(&world, &bodies, &kit, test)?;
+        let instrument = Instrument::of(&world, &machine, &bodies, &kit, test)?;
         let motion = Motion::of(&session, &chain, test)?;
         let scene = instrument.scene(&world);
         tests.push(measured(&machine, (test, &motion), &scene, arguments.tolerance));

@@ -108,7 +108,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Refusal> {
         .into());
     }
     let chain = Chain::of(&erring.machine);
-    let mut compensator = Compensator::new(&erring.machine, &chain, &erring.bodies, settings)
+    let mut compensator = Compensator::new(&erring.machine, &chain, settings)
         .map_err(|why| format!("{}: {why}", arguments.machine.display()))?
         .with_remembered(remembered);
     let mut inputs = erring.inputs.clone();

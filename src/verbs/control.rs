@@ -3,7 +3,6 @@
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
-use fiveaxis::bodies::Bodies;
 use fiveaxis::control::{
     Control, Number, Parameter, all_parameters, backlash, counting_against, entered_effects, is_entered, modules_of,
     numbers, parameters, refuse_other_units, remaining, tables,
@@ -11,7 +10,7 @@ use fiveaxis::control::{
 use fiveaxis::diagnose::examine;
 use fiveaxis::disturbances::{into_component_errors_within, positions_seen};
 use fiveaxis::identify::{Options, axis_lines, fitted_session};
-use fiveaxis::load::{load_machine_and_bodies, load_present_values, load_session};
+use fiveaxis::load::{load_present_values, load_session};
 use fiveaxis::report::control::{
     ControlReport, backlash_file, control_json, control_text, counting_note, parameters_csv, parameters_hal,
     worsening_note,
@@ -126,9 +125,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Refusal> {
     let taken = into_component_errors_within(&mut found, &seen);
     let module = both.map(|(fitted, _)| fitted);
     let enters = |number: &Number| is_entered(control, &session.machine, &numbers, number, module);
-    let machine_file = arguments.session.parent().map(PathBuf::from).unwrap_or_default().join(&session.machine_file);
-    let bodies = load_machine_and_bodies(&machine_file).map_or_else(|_| Bodies::default(), |(_, bodies)| bodies);
-    let remaining = remaining(&session, &fitted, fit, &bodies, (&numbers, &enters));
+    let remaining = remaining(&session, &fitted, fit, (&numbers, &enters));
     let mut notes = open_causes(&session.machine, &entered_effects(&session.machine, &found));
     notes.extend(ends_of_tables(&session.machine, &taken.ends));
     notes.extend(counting_note(control, &session.machine, &counting_against(&session.machine)));

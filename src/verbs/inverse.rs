@@ -3,10 +3,9 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use fiveaxis::bodies::Bodies;
 use fiveaxis::chain::Chain;
 use fiveaxis::inverse::{Kinematics, Target, Tool};
-use fiveaxis::load::{LinkChoice, load_machine_and_bodies_with_links, positions_from_text};
+use fiveaxis::load::{load_machine, positions_from_text};
 use fiveaxis::machine::Machine;
 use fiveaxis::report::inverse::{inverse_json, inverse_text, pose_json, pose_text};
 use nalgebra::Vector3;
@@ -57,9 +56,9 @@ pub struct Arguments {
 /// Runs the verb.
 pub fn run(arguments: &Arguments) -> Result<(), Refusal> {
     settle(&arguments.machine)?;
-    let (machine, bodies) = load_machine_and_bodies_with_links(&arguments.machine, &LinkChoice::default())?;
+    let machine = load_machine(&arguments.machine)?;
     let chain = Chain::of(&machine);
-    let tool = tool(arguments, &machine, &bodies)?;
+    let tool = tool(arguments, &machine)?;
     let kinematics = match arguments.nominal {
         true => Kinematics::nominal(&machine, &chain, tool),
         false => Kinematics::actual(&machine, &chain, tool),
@@ -96,7 +95,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Refusal> {
 }
 
 /// The tool of the options.
-fn tool(arguments: &Arguments, machine: &Machine, bodies: &Bodies) -> Result<Tool, Refusal> {
+fn tool(arguments: &Arguments, machine: &Machine) -> Result<Tool, Refusal> {
     if let Some(point) = &arguments.tool_point {
         let axis = match &arguments.tool_direction {
             Some(direction) => unit("--tool-direction", direction)?,
@@ -104,15 +103,15 @@ fn tool(arguments: &Arguments, machine: &Machine, bodies: &Bodies) -> Result<Too
         };
         return Ok(Tool::new(vector("--tool-point", point)?, axis));
     }
-    tool_of(machine, bodies, arguments.tool_length)
+    tool_of(machine, arguments.tool_length)
 }
 
 /// The tool of a machine file.
-pub fn tool_of(machine: &Machine, bodies: &Bodies, length_mm: Option<f64>) -> Result<Tool, Refusal> {
+pub fn tool_of(machine: &Machine, length_mm: Option<f64>) -> Result<Tool, Refusal> {
     if let Some(length) = length_mm.filter(|length| !(0.0..=10_000.0).contains(length)) {
         return Err(format!("a tool length of {length} mm is not between 0 and 10000 mm").into());
     }
-    Tool::of(machine, bodies, length_mm).ok_or_else(|| {
+    Tool::of(machine, length_mm).ok_or_else(|| {
         "which way the tool looks is not known: state 'spindle: {nose: [x, y, z], direction: [i, j, k]}' in the machine file, or for 'inverse' --tool-point and --tool-direction".into()
     })
 }

@@ -11,11 +11,11 @@ use fiveaxis::machine::Machine;
 use super::Refusal;
 
 /// Refuses a machine without bodies, mounts or spindle: a clearance from nothing would be no clearance.
-pub fn require(file: &Path, bodies: &Bodies) -> Result<(), Refusal> {
+pub fn require(file: &Path, machine: &Machine, bodies: &Bodies) -> Result<(), Refusal> {
     let parts = [
         ("'bodies'", bodies.bodies.is_empty()),
         ("'mounts'", bodies.mounts.is_empty()),
-        ("'spindle'", bodies.spindle.is_none()),
+        ("'spindle'", machine.spindle.is_none()),
     ];
     let missing: Vec<&str> = parts.iter().filter(|(_, is_missing)| *is_missing).map(|(name, _)| *name).collect();
     if missing.is_empty() {

@@ -59,7 +59,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Refusal> {
         eprintln!("fiveaxis: the effect {effect} depends on more than the position of its axis and is left out");
     }
     let machine = &erring.machine;
-    let tool = tool_of(machine, &erring.bodies, arguments.tool_length)?;
+    let tool = tool_of(machine, arguments.tool_length)?;
     let poses = poses(machine, tool, part.as_ref(), arguments.poses)
         .map_err(|why| format!("{}: {why}", arguments.machine.display()))?;
     let working = Working::on(format!("the volume of {}", machine.name));

@@ -85,6 +85,11 @@ fn one_message_each() {
             changed(SESSION, "recording: a.csv", "sweep: {axis: A, from: 0, to: 200}"),
             "session.yaml:5:5: A = 200 deg is outside the axis's range -30 … 110 deg",
         ),
+        (
+            "follow of a slide",
+            changed(SESSION, "recording: a.csv", "sweep: {axis: X, from: 0, to: 20, follow: radial}"),
+            "session.yaml:5:5: 'follow' has the linear axes follow a rotary axis, and X is linear; leave it out, or name a rotary axis",
+        ),
     ];
     for (name, text, message) in cases {
         check_session(name, &text, message);

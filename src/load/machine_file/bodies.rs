@@ -1,4 +1,4 @@
-//! Solids, mounting surfaces and the spindle of a machine file to [`Bodies`]. Meshes are in `mesh`, robots in `urdf`.
+//! Solids and mounting surfaces of a machine file to [`Bodies`]. Meshes are in `mesh`, robots in `urdf`.
 
 use std::path::Path;
 
@@ -6,7 +6,8 @@ use nalgebra::{Matrix3, Vector3};
 use serde::Deserialize;
 
 use super::machine::{is_urdf, load_machine_with_links};
-use crate::bodies::{Bodies, Body, Mount, Outline, Solid, SpindleSide, frame_along};
+use super::spindle::{known_link, point};
+use crate::bodies::{Bodies, Body, Mount, Outline, Solid, frame_along};
 use crate::chain::{Chain, Pose};
 use crate::load::checked_text::document::{Document, Step};
 use crate::load::checked_text::limits::{HULL_POINTS, MESHES, MOUNTS, SOLIDS, YAML_BYTES};
@@ -16,10 +17,6 @@ use crate::load::checked_text::text::read_limited;
 use crate::load::mesh::{MeshUse, Meshes, machine_size_mm};
 use crate::load::urdf::{LinkChoice, bodies_from_urdf, ends_from_urdf, mesh_names};
 use crate::machine::Machine;
-use crate::units::shown;
-
-/// Largest extent of anything in a machine file, mm.
-const MAX_EXTENT_MM: f64 = 1e6;
 
 /// The part of a machine file that this reader knows; the rest is the machine's own.
 #[derive(Deserialize)]
@@ -28,8 +25,6 @@ struct SolidsFile {
     bodies: Vec<BodyFile>,
     #[serde(default)]
     mounts: Vec<MountFile>,
-    spindle: Option<SpindleFile>,
-    gauge_length: Option<f64>,
     #[serde(default)]
     touching: Vec<[String; 2]>,
 }
@@ -88,14 +83,6 @@ struct MountFile {
     slot_pitch: Option<f64>,
 }
 
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct SpindleFile {
-    link: Option<String>,
-    nose: [f64; 3],
-    direction: Option<[f64; 3]>,
-}
-
 /// Reads a machine file with its solids; links of a URDF are found by name.
 pub fn load_machine_and_bodies(file: &Path) -> Result<(Machine, Bodies), LoadError> {
     load_machine_and_bodies_with_links(file, &LinkChoice::default())
@@ -133,7 +120,6 @@ pub fn load_machine_and_bodies_with_links(file: &Path, links: &LinkChoice) -> Re
     for (index, mount) in raw.mounts.iter().enumerate() {
         bodies.mounts.push(reader.mount(index, mount)?);
     }
-    bodies.spindle = raw.spindle.as_ref().map(|spindle| reader.spindle(spindle, raw.gauge_length)).transpose()?;
     for (index, pair) in raw.touching.iter().enumerate() {
         bodies.touching.push(reader.touching(index, pair, &bodies.bodies)?);
     }
@@ -288,24 +274,6 @@ impl Reader<'_> {
         })
     }
 
-    fn spindle(&self, raw: &SpindleFile, gauge_length: Option<f64>) -> Result<SpindleSide, LoadError> {
-        let place = [Step::Key("spindle"), Step::Key("nose")];
-        let link = raw.link.clone().unwrap_or_else(|| "t".into());
-        self.link(&[Step::Key("spindle"), Step::Key("link")], &link)?;
-        let nose = self.point(&place, &raw.nose)?;
-        let direction = match &raw.direction {
-            Some(direction) => self.direction(&[Step::Key("spindle"), Step::Key("direction")], direction)?,
-            None => Vector3::z(),
-        };
-        let gauge_length_mm = gauge_length.unwrap_or_else(|| nose.dot(&direction));
-        if !(gauge_length_mm.is_finite() && gauge_length_mm > 0.0) {
-            return Err(self
-                .document
-                .refuse(&place, "the nose lies behind the spindle ball; gauge_length is above zero"));
-        }
-        Ok(SpindleSide { link, nose, direction, gauge_length_mm })
-    }
-
     /// A pair of bodies that touch by design: two different ones, each the only one of its name, on different links.
     fn touching(&self, index: usize, pair: &[String; 2], bodies: &[Body]) -> Result<(String, String), LoadError> {
         let place = [Step::Key("touching"), Step::Index(index)];
@@ -336,23 +304,11 @@ impl Reader<'_> {
     }
 
     fn link(&self, place: &[Step], name: &str) -> Result<(), LoadError> {
-        if self.chain.link(name).is_some() {
-            return Ok(());
-        }
-        let known = self.chain.link_names();
-        let hint = did_you_mean(name, &known);
-        Err(self.document.refuse(place, format!("no link is called '{name}'{hint} (links: {})", known.join(" "))))
+        known_link(self.document, &self.chain, place, name)
     }
 
     fn point(&self, place: &[Step], value: &[f64; 3]) -> Result<Vector3<f64>, LoadError> {
-        for &component in value {
-            if finite(self.document, place, component)?.abs() > MAX_EXTENT_MM {
-                return Err(self
-                    .document
-                    .refuse(place, format!("{} mm is beyond {MAX_EXTENT_MM} mm", shown(component))));
-            }
-        }
-        Ok(Vector3::from(*value))
+        point(self.document, place, value)
     }
 
     fn direction(&self, place: &[Step], value: &[f64; 3]) -> Result<Vector3<f64>, LoadError> {

@@ -9,6 +9,7 @@ use super::axis::{AxisFile, axis};
 use super::carried::{CarriedFile, carried};
 use super::effects::effects;
 use super::linear_axes::linear_axes;
+use super::spindle::{SpindleFile, spindle};
 use crate::load::checked_text::document::{Document, Step};
 use crate::load::checked_text::limits::{AXES, LINKS, YAML_BYTES};
 use crate::load::checked_text::message::LoadError;
@@ -43,8 +44,7 @@ struct MachineFile {
     _bodies: Option<serde::de::IgnoredAny>,
     #[serde(rename = "mounts")]
     _mounts: Option<serde::de::IgnoredAny>,
-    #[serde(rename = "spindle")]
-    _spindle: Option<serde::de::IgnoredAny>,
+    spindle: Option<SpindleFile>,
     #[serde(rename = "touching")]
     _touching: Option<serde::de::IgnoredAny>,
 }
@@ -134,12 +134,14 @@ pub fn machine_from_yaml(file: &Path, text: String) -> Result<Machine, LoadError
         gravity,
         machine_zero,
         gauge_length_mm,
+        spindle: None,
         link_names,
         carried,
         effects: Vec::new(),
         linear_axes: linear_axes(&document, raw.linear_axes.as_ref())?,
         caveats: caveats(&document, raw.caveats)?,
     };
+    machine.spindle = raw.spindle.as_ref().map(|raw| spindle(&document, &machine, raw)).transpose()?;
     machine.effects = effects(&document, &machine, &raw.effects)?;
     Ok(machine)
 }

@@ -7,3 +7,4 @@ pub(crate) mod component_form;
 pub(crate) mod effects;
 pub(crate) mod linear_axes;
 pub(crate) mod machine;
+mod spindle;

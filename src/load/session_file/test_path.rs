@@ -32,6 +32,14 @@ impl TestReader<'_> {
                     FollowFile::Tangential => Follow::Tangential,
                     FollowFile::Axial => Follow::Axial,
                 };
+                let moved = &self.machine.axes[axis];
+                if follow != Follow::None && moved.kind == AxisKind::Linear {
+                    let message = format!(
+                        "'follow' has the linear axes follow a rotary axis, and {} is linear; leave it out, or name a rotary axis",
+                        moved.name
+                    );
+                    return Err(self.document.refuse(&at("sweep"), message));
+                }
                 Ok(Some(TestPath::Sweep { axis, from: sweep.from, to: sweep.to, step, follow }))
             }
             (None, Some(circle)) => {

@@ -63,6 +63,7 @@ impl Reader<'_> {
             machine_zero: vec![None; axes.len()],
             gravity: -Vector3::z(),
             gauge_length_mm: None,
+            spindle: None,
             link_names: self.link_names(&order, &axes)?,
             carried: Vec::new(),
             effects: Vec::new(),

@@ -16,7 +16,7 @@ impl<'a> Evaluation<'a> {
         let site = self.context.site(candidate.site);
         let place = &self.context.all.places[candidate.place];
         let ball = |link: &str, at| Ball { link: link.into(), at, setup: None, spread_mm: None, indexed_about: None };
-        let spindle_link = self.context.bodies.spindle.as_ref().map_or("t", |spindle| spindle.link.as_str());
+        let spindle_link = self.context.machine.spindle.as_ref().map_or("t", |spindle| spindle.link.as_str());
         Test {
             name,
             recording_file: None,
@@ -50,7 +50,9 @@ impl<'a> Evaluation<'a> {
         park: usize,
     ) -> Option<Result<Approach, NoWay>> {
         let test = self.test(candidate, String::new(), (sweep.from_deg, sweep.to_deg));
-        let instrument = Instrument::of(self.context.world, self.context.bodies, self.context.kit, &test).ok()?;
+        let instrument =
+            Instrument::of(self.context.world, self.context.machine, self.context.bodies, self.context.kit, &test)
+                .ok()?;
         let scene = instrument.scene_without_bar(self.context.world);
         let (rows, _) = candidate.rows(self.context.machine, sweep.from_deg, sweep.to_deg);
         let start = rows.first()?;
@@ -133,13 +135,20 @@ impl<'a> Evaluation<'a> {
     fn instrument(&self, candidate: &Candidate) -> Option<Instrument<'a>> {
         let arc = (candidate.from.to_degrees(), candidate.to.to_degrees());
         let test = self.test(candidate, String::new(), arc);
-        Instrument::of(self.context.world, self.context.bodies, self.context.kit, &test).ok()
+        Instrument::of(self.context.world, self.context.machine, self.context.bodies, self.context.kit, &test).ok()
     }
 
     /// A clear arc of a candidate with its least clearance.
     pub fn measured(&mut self, candidate: &Candidate, arc: &ClearArc) -> Option<ClearSweep> {
         let test = self.test(candidate, String::new(), (arc.from_deg, arc.to_deg));
-        let instrument = Instrument::of(self.context.whole_world, self.context.bodies, self.context.kit, &test).ok()?;
+        let instrument = Instrument::of(
+            self.context.whole_world,
+            self.context.machine,
+            self.context.bodies,
+            self.context.kit,
+            &test,
+        )
+        .ok()?;
         let (rows, _) = candidate.rows(self.context.machine, arc.from_deg, arc.to_deg);
         Some(measured(&instrument.scene(self.context.whole_world), arc, &rows, &mut self.scratch))
     }

@@ -53,7 +53,7 @@ pub(crate) fn with_evaluation<T>(
         unknowns,
         all: &all,
         finer: &finer,
-        parking: Parking::of(machine, bodies, &settings.avoid),
+        parking: Parking::of(machine, &settings.avoid),
     };
     let mut evaluation = Evaluation::of(&context);
     evaluation.observability = observability(&evaluation);

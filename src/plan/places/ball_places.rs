@@ -288,14 +288,8 @@ fn tidy(value_mm: f64, per_mm: f64) -> f64 {
 }
 
 /// Spindle ball on the tool axis and on fixtures, nearest the nose first.
-pub(crate) fn spindle_places(
-    machine: &Machine,
-    chain: &Chain,
-    bodies: &Bodies,
-    kit: &Kit,
-    offer: Offer,
-) -> Vec<SpindlePlace> {
-    let Some(spindle) = &bodies.spindle else { return Vec::new() };
+pub(crate) fn spindle_places(machine: &Machine, chain: &Chain, kit: &Kit, offer: Offer) -> Vec<SpindlePlace> {
+    let Some(spindle) = &machine.spindle else { return Vec::new() };
     let Some(link) = chain.link(&spindle.link) else { return Vec::new() };
     let base = spindle.ball();
     let heads: Vec<&Axis> = rotary(machine).filter(|&k| chain.carries(k, link)).map(|k| &machine.axes[k]).collect();

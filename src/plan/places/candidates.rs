@@ -36,7 +36,7 @@ pub(crate) fn candidates_at(
     let geometry = Geometry::nominal(&chain);
     let mut all = Candidates {
         sites: pivot_sites(machine, &chain, bodies, kit, offer),
-        places: spindle_places(machine, &chain, bodies, kit, offer),
+        places: spindle_places(machine, &chain, kit, offer),
         ..Candidates::default()
     };
     let rotary: Vec<usize> = (0..machine.axes.len()).filter(|&k| machine.axes[k].kind == AxisKind::Rotary).collect();

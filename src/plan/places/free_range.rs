@@ -48,7 +48,7 @@ pub(crate) fn sweep_wanted(machine: &Machine, axis: usize, avoid: &Avoid) -> Opt
     let (low, high) = (low + RUN_IN.to_radians(), high - RUN_IN.to_radians());
     let turn = std::f64::consts::TAU;
     if high - low >= turn {
-        let middle = ((low + high) * 0.5).clamp(low + 0.5 * turn, high - 0.5 * turn);
+        let middle = (low + high) * 0.5;
         return Some((middle - 0.5 * turn, middle + 0.5 * turn));
     }
     (high - low >= shortest_deg(machine, axis).to_radians() - 1e-9).then_some((low, high))
@@ -56,7 +56,30 @@ pub(crate) fn sweep_wanted(machine: &Machine, axis: usize, avoid: &Avoid) -> Opt
 
 #[cfg(test)]
 mod tests {
-    use super::outside;
+    use super::{outside, sweep_wanted};
+    use crate::machine::{Axis, AxisKind, Directions, Machine, StructuralCode};
+    use nalgebra::Vector3;
+
+    #[test]
+    fn a_range_of_just_one_turn_and_its_ends_takes_the_turn_wherever_it_lies() {
+        let code = StructuralCode::parse("[wCbt]").expect("a code");
+        for tenths in -3681..0 {
+            let low = (0.1 * f64::from(tenths)).to_radians();
+            let axis = Axis {
+                name: "C".into(),
+                kind: AxisKind::Rotary,
+                direction: Vector3::z(),
+                origin: Vector3::zeros(),
+                range: Some((low, (0.1 * f64::from(tenths) + 368.2).to_radians())),
+                reversed: false,
+                location_errors: [0.0; 6],
+                component_errors: Vec::new(),
+            };
+            let machine = Machine::plain("one axis".into(), code.clone(), Directions::Iso841, vec![axis]);
+            let (from, to) = sweep_wanted(&machine, 0, &Vec::new()).expect("a sweep");
+            assert!((to - from - std::f64::consts::TAU).abs() < 1e-9 && from > low, "{tenths}");
+        }
+    }
 
     #[test]
     fn regions_in_any_order_leave_what_is_between_them() {

@@ -3,7 +3,6 @@
 //! Cups, balls and stand are mounted on the way, the bar is not: it is put on at the start of the run-in. Setups are
 //! changed at the park position, so that every program starts and ends there and tests may run in any order.
 
-use crate::bodies::Bodies;
 use crate::chain::{Branch, Chain, Geometry};
 use crate::collision::{Aside, Leg, NoWay, Scene, Scratch, certify, clear_way};
 use crate::machine::{AxisKind, Machine};
@@ -79,7 +78,7 @@ pub(crate) const STANDS: f64 = 1e-6;
 impl Parking {
     /// Park positions of a machine: spindle and table apart, other axes at zero or in the middle, all outside avoided regions
     /// and on either side of them.
-    pub fn of(machine: &Machine, bodies: &Bodies, avoid: &Avoid) -> Parking {
+    pub fn of(machine: &Machine, avoid: &Avoid) -> Parking {
         let chain = Chain::of(machine);
         let linear: Vec<usize> =
             (0..machine.axes.len()).filter(|&k| machine.axes[k].kind == AxisKind::Linear).collect();
@@ -90,7 +89,7 @@ impl Parking {
         };
         let zero: Vec<f64> =
             machine.axes.iter().map(|axis| axis.range.map_or(0.0, |(low, high)| 0f64.clamp(low, high))).collect();
-        let up = spindle_up(&chain, bodies, &zero);
+        let up = spindle_up(machine, &chain, &zero);
         // how much the spindle leaves the table when an axis moves by one
         let parting = |k: usize| {
             let tool = chain.branch(Branch::Tool).contains(&k);
@@ -264,8 +263,8 @@ pub(crate) fn crossings(machine: &Machine, avoid: &Avoid, parked: &[(&str, &Appr
 }
 
 /// Direction from the table into the spindle in the bed frame.
-fn spindle_up(chain: &Chain, bodies: &Bodies, positions: &[f64]) -> nalgebra::Vector3<f64> {
-    let Some(spindle) = &bodies.spindle else { return nalgebra::Vector3::z() };
+fn spindle_up(machine: &Machine, chain: &Chain, positions: &[f64]) -> nalgebra::Vector3<f64> {
+    let Some(spindle) = &machine.spindle else { return nalgebra::Vector3::z() };
     let Some(link) = chain.link(&spindle.link) else { return spindle.direction };
     Geometry::nominal(chain).pose(link, positions, None).rotation * spindle.direction
 }

@@ -30,7 +30,7 @@ pub(crate) fn refuse(machine: &Machine, bodies: &Bodies, kit: &Kit, all: &Candid
             let base_mm = 2.0 * kit.pivot_stand.base_radius_mm;
             return Err(OutOfReach::NoRoom { mount: mount.name.clone(), kit: kit.name.clone(), base_mm });
         }
-        if let Some(by_mm) = beyond_mm(machine, bodies, kit, mount) {
+        if let Some(by_mm) = beyond_mm(machine, kit, mount) {
             return Err(OutOfReach::Far { mount: mount.name.clone(), by_mm });
         }
     }
@@ -50,10 +50,10 @@ const STEPS: usize = 72;
 ///
 /// |mount − spindle ball| at every position of the rotary axes, less all that linear axes, surface, stand and stem can add,
 /// less what the rotary axes move between two steps.
-fn beyond_mm(machine: &Machine, bodies: &Bodies, kit: &Kit, mount: &Mount) -> Option<f64> {
+fn beyond_mm(machine: &Machine, kit: &Kit, mount: &Mount) -> Option<f64> {
     let chain = Chain::of(machine);
     let geometry = Geometry::nominal(&chain);
-    let spindle = bodies.spindle.as_ref()?;
+    let spindle = machine.spindle.as_ref()?;
     let (on, tool) = (chain.link(&mount.link)?, chain.link(&spindle.link)?);
     let mut travel_mm = 0.0;
     let mut rotary = Vec::new();

@@ -21,8 +21,13 @@ impl<'a> Evaluation<'a> {
     /// Little moves of all axes that the tests move, from the park position of the first.
     fn little_moves(&mut self, tests: &[PlannedTest]) -> Vec<LittleMove> {
         let Some(first) = tests.first() else { return Vec::new() };
-        let Ok(instrument) = Instrument::of(self.context.world, self.context.bodies, self.context.kit, &first.test)
-        else {
+        let Ok(instrument) = Instrument::of(
+            self.context.world,
+            self.context.machine,
+            self.context.bodies,
+            self.context.kit,
+            &first.test,
+        ) else {
             return Vec::new();
         };
         let park = &first.approach.park;
@@ -143,7 +148,7 @@ impl<'a> Evaluation<'a> {
         let site = context.site(candidate.site);
         let mut test = self.test(candidate, format!("{base}-{count}"), (sweep.from_deg, sweep.to_deg));
         test.spindle_ball.indexed_about = entry.indexed_about;
-        let instrument = Instrument::of(context.world, context.bodies, context.kit, &test).ok()?;
+        let instrument = Instrument::of(context.world, context.machine, context.bodies, context.kit, &test).ok()?;
         let run = candidate.rows(context.machine, sweep.from_deg, sweep.to_deg).0;
         test.approached = context.parking.give_senses(
             context.machine,
@@ -155,7 +160,7 @@ impl<'a> Evaluation<'a> {
         Some(PlannedTest {
             number: 0,
             placing: Placing::of(context.machine, context.kit, &test, &context.settings.uncertainty),
-            mounting: Mounting::of(context.bodies, context.kit, &test, &instrument)?,
+            mounting: Mounting::of(context.machine, context.kit, &test, &instrument)?,
             test,
             axis: candidate.axis,
             rho_mm: candidate.solved.rho_mm,

@@ -24,7 +24,8 @@ const GAP_STEP_S: f64 = 0.2;
 /// Marks of a planned test: longer if that is free at both ends of the run, else shorter, else none.
 pub(crate) fn marks(evaluation: &mut Evaluation, planned: &PlannedTest) -> Option<Marks> {
     let context = evaluation.context;
-    let instrument = Instrument::of(context.whole_world, context.bodies, context.kit, &planned.test).ok()?;
+    let instrument =
+        Instrument::of(context.whole_world, context.machine, context.bodies, context.kit, &planned.test).ok()?;
     let scene = instrument.scene(context.whole_world);
     let (first, last) = (planned.run.first()?, planned.run.last()?);
     let size_mm = MOVE_MM.min(STROKE_SHARE * context.kit.bar.half_stroke_mm);

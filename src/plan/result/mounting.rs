@@ -2,8 +2,9 @@
 
 use nalgebra::Vector3;
 
-use crate::bodies::{Bodies, Kit, SpindleSide};
+use crate::bodies::Kit;
 use crate::collision::Instrument;
+use crate::machine::{Machine, SpindleSide};
 use crate::session::Test;
 
 /// The instrument of a test in the parts of the kit.
@@ -42,8 +43,8 @@ const ON_AXIS_MM: f64 = 1e-6;
 
 impl Mounting {
     /// The parts of a test's instrument.
-    pub(crate) fn of(bodies: &Bodies, kit: &Kit, test: &Test, instrument: &Instrument) -> Option<Mounting> {
-        let spindle = bodies.spindle.as_ref()?;
+    pub(crate) fn of(machine: &Machine, kit: &Kit, test: &Test, instrument: &Instrument) -> Option<Mounting> {
+        let spindle = machine.spindle.as_ref()?;
         let length_mm = test.bar_length_mm?;
         let bar_parts_mm = kit.parts_mm(length_mm)?;
         let (nose_to_ball_mm, aside) = from_nose(spindle, &test.spindle_ball.at);

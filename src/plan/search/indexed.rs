@@ -19,7 +19,7 @@ const ALONG: f64 = 1e-9;
 impl<'a> Evaluation<'a> {
     /// Direction of R about which the spindle is indexed.
     pub(crate) fn spindle_direction(&self) -> Result<usize, IndexError> {
-        let along = self.context.bodies.spindle.as_ref().ok_or(IndexError::NoSpindle)?.direction;
+        let along = self.context.machine.spindle.as_ref().ok_or(IndexError::NoSpindle)?.direction;
         let is_along = |k: &usize| (0..3).filter(|other| other != k).all(|other| along[other].abs() < ALONG);
         (0..3).find(is_along).ok_or(IndexError::Inclined { x: along.x, y: along.y, z: along.z })
     }

@@ -9,7 +9,7 @@ use super::facts::{
     without_minus_zero,
 };
 use crate::chain::View;
-use crate::machine::{Axis, AxisKind, Component, DirectionsUnstated, ErrorName, Machine};
+use crate::machine::{Axis, AxisKind, Component, DirectionsUnstated, ErrorName, Machine, is_by_choice_of_r};
 use crate::report::wording::linear_axes::linear_axes_json;
 use crate::report::wording::meetings::{BodyPairs, body_pairs_text};
 use crate::report::wording::number::position;
@@ -147,10 +147,9 @@ fn errors_table(machine: &Machine) -> String {
 
 /// Why an error is usually not asked for.
 fn note(axis: &Axis, component: Component) -> &'static str {
-    let is_gauge = [("X", Component::EB), ("X", Component::EC), ("Y", Component::EA)];
     if axis.zero_position() == Some(component) {
         "zero position"
-    } else if axis.kind == AxisKind::Linear && is_gauge.contains(&(axis.name.as_str(), component)) {
+    } else if axis.kind == AxisKind::Linear && is_by_choice_of_r(axis, component) {
         "zero by the choice of R"
     } else {
         ""

@@ -51,7 +51,7 @@ pub fn machine_file(head: &str, machine: &Machine, bodies: &Bodies) -> String {
     }
     out.push_str("# Surfaces that take a cup.\nmounts:\n");
     bodies.mounts.iter().for_each(|mount| mount_line(&mut out, mount));
-    if let Some(spindle) = &bodies.spindle {
+    if let Some(spindle) = &machine.spindle {
         let mut parts = vec![format!("nose: {}", vector(&spindle.nose))];
         // the last axis carries the spindle, and it is upright over R, unless it is said
         if (spindle.direction - Vector3::z()).norm() > 1e-12 {

@@ -46,6 +46,10 @@ pub fn machine_yaml(machine: &Machine) -> String {
     if let Some(length) = machine.gauge_length_mm {
         let _ = writeln!(out, "gauge_length: {length}");
     }
+    if let Some(spindle) = &machine.spindle {
+        let (link, nose, direction) = (text(&spindle.link), vector(&spindle.nose), vector(&spindle.direction));
+        let _ = writeln!(out, "spindle: {{link: {link}, nose: {nose}, direction: {direction}}}");
+    }
     let budget = &machine.linear_axes;
     match budget.class {
         _ if !budget.is_stated => {}

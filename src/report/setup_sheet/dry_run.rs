@@ -20,7 +20,7 @@ pub(super) fn dry_run(out: &mut String, sheet: &Sheet) {
         "<h2>Before the first test: dry run</h2><p>{}</p><p>{HOW}</p><table class=\"wide\">",
         escape(&sheet.dry_runs.join(", "))
     );
-    let tool = sheet.bodies.tool_direction(sheet.machine);
+    let tool = sheet.machine.tool_direction();
     for little in &sheet.plan.little_moves {
         let words = little_words(sheet.machine, first, little, tool.as_ref());
         let _ = write!(out, "<tr><td><span class=\"tick\"></span> {}</td></tr>", escape(&words));

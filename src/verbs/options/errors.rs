@@ -2,10 +2,9 @@
 
 use std::path::{Path, PathBuf};
 
-use fiveaxis::bodies::Bodies;
 use fiveaxis::diagnose::examine;
 use fiveaxis::identify::{Fit, Options, fitted_session};
-use fiveaxis::load::{LinkChoice, load_machine, load_machine_and_bodies_with_links, load_session, names_tests};
+use fiveaxis::load::{load_machine, load_session, names_tests};
 use fiveaxis::machine::Machine;
 use fiveaxis::session::Session;
 
@@ -18,7 +17,6 @@ use crate::verbs::output::{session_inputs, settle};
 /// A machine with the errors that it is taken to have.
 pub struct ErringMachine {
     pub machine: Machine,
-    pub bodies: Bodies,
     /// The fit that its errors come from, with its session.
     pub fit: Option<(Session, Fit)>,
     /// Files that were read.
@@ -33,13 +31,13 @@ pub fn erring_machine(
     directions: Option<DirectionsName>,
 ) -> Result<ErringMachine, Refusal> {
     settle(file)?;
-    let (mut machine, bodies) = load_machine_and_bodies_with_links(file, &LinkChoice::default())?;
+    let mut machine = load_machine(file)?;
     say(&mut machine, directions, &file.display().to_string())?;
-    let mut erring = ErringMachine { machine, bodies, fit: None, inputs: vec![file.to_path_buf()] };
+    let mut erring = ErringMachine { machine, fit: None, inputs: vec![file.to_path_buf()] };
     let Some(errors) = errors else { return Ok(erring) };
     settle(errors)?;
     erring.inputs.push(errors.to_path_buf());
-    let with_errors = if names_tests(errors)? {
+    let mut with_errors = if names_tests(errors)? {
         let session = load_session(errors)?;
         erring.inputs.extend(session_inputs(errors, &session));
         let working = Working::on(format!("fitting {}", session.name));
@@ -56,6 +54,10 @@ pub fn erring_machine(
     } else {
         load_machine(errors)?
     };
+    // a sense that no file states is said for both
+    if with_errors.directions.is_none() {
+        say(&mut with_errors, directions, &errors.display().to_string())?;
+    }
     take_errors(&mut erring.machine, with_errors, file, errors)?;
     Ok(erring)
 }

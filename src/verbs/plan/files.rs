@@ -75,7 +75,7 @@ pub fn planned_files(folder: &Path, machine_file: &Path, planned: &Planned) -> R
             output.add(name.clone(), program(machine, test, &zero, *dialect));
         }
     }
-    let tool = bodies.tool_direction(machine);
+    let tool = machine.tool_direction();
     for (&(dialect, _), name) in dialects.iter().zip(&dry_runs) {
         output.add(name.clone(), dry_run_program(machine, plan, tool.as_ref(), &zero, dialect));
     }
@@ -145,7 +145,7 @@ fn pictures(planned: &Planned) -> Vec<[View; 2]> {
     let right = if up.x.abs() < 0.9 { Vector3::x() } else { Vector3::y() };
     let sides = [("from the front", right), ("from the right", up.cross(&right))];
     let views = plan.tests.iter().filter_map(|test| {
-        let instrument = Instrument::of(&world, bodies, kit, &test.test).ok()?;
+        let instrument = Instrument::of(&world, machine, bodies, kit, &test.test).ok()?;
         let scene = instrument.scene(&world);
         let mut scratch = Scratch::default();
         let frames = scene.frames(&test.middle, &mut scratch).to_vec();

@@ -21,7 +21,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Refusal> {
     if arguments.out.is_some() {
         machine.stated_directions().map_err(|why| format!("{}: {why}", arguments.machine.display()))?;
     }
-    solids::require(&arguments.machine, &bodies)?;
+    solids::require(&arguments.machine, &machine, &bodies)?;
     let world = solids::world(&arguments.machine, &machine, &bodies)?;
     let can_touch = world.meetings_by_one_axis(&machine);
     let kit = arguments.kit.as_deref().map_or_else(standard_kit, load_kit)?;
