@@ -19,7 +19,7 @@ pub struct TestTrace {
     pub turn: Option<BarTurn>,
 }
 
-/// TraceDeviations from the nominal length by row, µm; NaN where there is none.
+/// Deviations from the nominal length by row, µm; NaN where there is none.
 #[derive(Debug, Clone, PartialEq)]
 pub struct TraceDeviations {
     pub nominal_mm: f64,
@@ -55,7 +55,7 @@ impl TestTrace {
         Some(angle.last()? - angle.first()?)
     }
 
-    /// TraceDeviations of the readings of its test in a fit, of which `kept` and `residual_mm` are given by row.
+    /// Deviations of the readings of its test in a fit, of which `kept` and `residual_mm` are given by row.
     pub fn deviations(&self, test: &Test, kept: &[bool], residual_mm: &[f64]) -> TraceDeviations {
         let lengths = test.recording.as_ref().map_or(&[][..], |recording| &recording.length_mm);
         let finite: Vec<f64> = lengths.iter().copied().filter(|length| length.is_finite()).collect();

@@ -6,7 +6,7 @@ use crate::diagnose::TestBeforeAfter;
 use crate::machine::Machine;
 use crate::methods::{Course, TestTrace};
 use crate::report::pictures::polar::{Arrow, PolarPlot, PolarTrace, Stroke};
-use crate::report::pictures::trace_plots::{label_spokes, swept_label};
+use crate::report::pictures::trace_plots::{label_spokes, polar_points, swept_label};
 use crate::session::{Motion, Session, Test};
 use crate::units::UM_PER_MM;
 
@@ -22,9 +22,6 @@ pub struct BeforeAfterPlots {
     /// Part of the test lies in the range of a finding.
     pub is_located: bool,
 }
-
-/// Most points of a polar trace: finer than a pixel.
-const MOST_POINTS: usize = 721;
 
 /// A test with where its axes stand, the angles over which it is drawn, and its residuals.
 #[derive(Clone, Copy)]
@@ -113,10 +110,8 @@ fn polar(machine: &Machine, shown: TestShown, back: Option<TestShown>, located: 
 fn before_and_after(shown: TestShown, way: &str, strokes: [Stroke; 2]) -> Option<Vec<PolarTrace>> {
     let TestShown { trace, residuals, .. } = shown;
     let angle = trace.angle_rad()?;
-    let every = angle.len().div_ceil(MOST_POINTS).max(1);
     let points = |values: &[f64]| {
-        let um = |row: usize| if residuals.kept[row] { values[row] * UM_PER_MM } else { f64::NAN };
-        (0..angle.len()).step_by(every).map(|row| (angle[row], um(row))).collect()
+        polar_points(angle, |row| if residuals.kept[row] { values[row] * UM_PER_MM } else { f64::NAN })
     };
     let (before, after) = residuals.rms_um();
     let [of_before, of_after] = strokes;

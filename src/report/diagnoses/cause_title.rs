@@ -28,6 +28,7 @@ pub fn what_mistake(kind: FaultKind, place: &str, components: &[String]) -> Stri
         FaultKind::ValuesRounded => "values were rounded".into(),
         FaultKind::BallPlace => format!("{} elsewhere than stated", standing(place)),
         FaultKind::BallLink => format!("{} on another link than stated", standing(place)),
+        FaultKind::MountedAnew => format!("{} elsewhere in some tests", standing(place)),
         FaultKind::StandingAxis => format!("{moving} stood elsewhere than stated"),
         FaultKind::BarOther => "the bar is another than stated".into(),
         FaultKind::AxisLine => format!("the line of {moving} lies elsewhere than the machine file says"),

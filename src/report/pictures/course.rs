@@ -12,21 +12,33 @@ pub(crate) fn path_data(
     value: impl Fn(usize) -> Option<f64>,
     place: impl Fn(usize, f64) -> (f64, f64),
 ) -> String {
-    let every = if rows > 2 * GROUPS { rows.div_ceil(GROUPS) } else { 1 };
     let mut path = String::new();
     let mut pen = 'M';
+    for (row, value) in shown_rows(rows, value) {
+        let Some(value) = value else {
+            pen = 'M';
+            continue;
+        };
+        let (x, y) = place(row, value);
+        let _ = write!(path, "{pen}{x:.1} {y:.1}");
+        pen = 'L';
+    }
+    path
+}
+
+/// Rows of a trace that are drawn, with their values: all of a short one, of a long one the lowest and the highest of every few. Where none
+/// of these has a value, one stands without.
+pub(crate) fn shown_rows(rows: usize, value: impl Fn(usize) -> Option<f64>) -> Vec<(usize, Option<f64>)> {
+    let every = if rows > 2 * GROUPS { rows.div_ceil(GROUPS) } else { 1 };
+    let mut shown = Vec::new();
     for from in (0..rows).step_by(every) {
         let ends = lowest_and_highest(from..(from + every).min(rows), &value);
         if ends.is_empty() {
-            pen = 'M';
+            shown.push((from, None));
         }
-        for (row, value) in ends {
-            let (x, y) = place(row, value);
-            let _ = write!(path, "{pen}{x:.1} {y:.1}");
-            pen = 'L';
-        }
+        shown.extend(ends.into_iter().map(|(row, value)| (row, Some(value))));
     }
-    path
+    shown
 }
 
 /// The rows of the least and the greatest value in their order; one where they are the same, none where no row has a value.

@@ -1,5 +1,6 @@
 //! Plots of a pass, both directions together: what is drawn over which angle. The drawing is in `polar` and `residual_plot`.
 
+use super::course::shown_rows;
 use super::polar::{Arrow, PolarPlot, PolarTrace, Stroke};
 use super::residual_plot::residual_svg;
 use crate::identify::Fit;
@@ -18,16 +19,13 @@ pub struct PassPlots {
     pub residuals: Vec<String>,
 }
 
-/// TraceDeviations round the circle as SVG.
+/// Deviations round the circle as SVG.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RoundPlots {
     pub as_read: String,
     /// Without the offset of the centre; absent where the bar does not turn or too short an arc holds no centre.
     pub centred: Option<String>,
 }
-
-/// Most points of a trace in a polar plot: finer than a pixel on any page.
-const MOST_POINTS: usize = 721;
 
 /// Plots of the recorded tests of a session, pass by pass.
 pub fn pass_plots(session: &Session, fit: &Fit, passes: &[Vec<TestTrace>]) -> Vec<PassPlots> {
@@ -86,7 +84,7 @@ fn round_plot(
         let way = if is_ccw { "ccw" } else { "cw" };
         let trace = |label: String, stroke: Stroke, values: &[f64]| PolarTrace {
             label,
-            points: thinned(angles, values).map(|(angle, value)| (angle, off.apply(angle, value))).collect(),
+            points: polar_points(angles, |row| off.apply(angles[row], values[row])),
             stroke,
         };
         traces.push(trace(format!("{way}: {}", name(one)), Stroke::Own(index), &deviations.read_um));
@@ -105,10 +103,11 @@ fn round_plot(
     plot.to_svg()
 }
 
-/// Rows of a trace, no more than can be seen.
-fn thinned<'t>(angles: &'t [f64], values: &'t [f64]) -> impl Iterator<Item = (f64, f64)> + 't {
-    let every = angles.len().div_ceil(MOST_POINTS).max(1);
-    angles.iter().copied().zip(values.iter().copied()).step_by(every)
+/// Points of a polar plot, the peaks of a long trace among them; where a row has no value it is NaN, and the line breaks.
+pub(crate) fn polar_points(angles: &[f64], value: impl Fn(usize) -> f64) -> Vec<(f64, f64)> {
+    let finite = |row: usize| Some(value(row)).filter(|value| value.is_finite());
+    let shown = shown_rows(angles.len(), finite);
+    shown.into_iter().map(|(row, value)| (angles[row], value.unwrap_or(f64::NAN))).collect()
 }
 
 /// `+X` to the right and `+Y` up where the bar turns in a plane; else the axis whose position the angle is.
