@@ -275,7 +275,40 @@ struct Case {
 
 const PIVOT: &str = "pivot: {link: C, at: [0, 100, 0]}";
 
+/// The recordings of the true session where the pivots stand otherwise in some tests, under the session as it is.
+fn recorded_elsewhere(files: &mut Files, tests: fn(String) -> String) {
+    let moved = recorded_by(MACHINE, tests, 20, 1.0);
+    files.extend(moved.into_iter().filter(|(name, _)| name.ends_with(".csv")));
+}
+
+/// Pivots moved in every test for which a shift in x and y is given, mm.
+fn pivots_moved(text: String, shift: fn(&str) -> Option<[f64; 2]>) -> String {
+    let moved = |part: &str| {
+        let Some([x, y]) = part.split('\n').next().and_then(shift) else { return part.to_string() };
+        let (head, at) = part.split_once("pivot: {link: C, at: [").unwrap();
+        let (at, tail) = at.split_once(']').unwrap();
+        let at: Vec<f64> = at.split(", ").map(|cell| cell.parse().unwrap()).collect();
+        format!("{head}pivot: {{link: C, at: [{}, {}, {}]{tail}", at[0] + x, at[1] + y, at[2])
+    };
+    text.split("  - name: ").map(moved).collect::<Vec<String>>().join("  - name: ")
+}
+
 const CASES: &[Case] = &[
+    Case {
+        name: "pivots mounted anew before all runs back",
+        make: |f| {
+            recorded_elsewhere(f, |text| pivots_moved(text, |name| name.ends_with("-cw").then_some([0.04, 0.03])))
+        },
+        due: Named(&["mounted-anew"], "between the runs one way and back"),
+    },
+    Case {
+        name: "standing slides in inches",
+        make: |f| {
+            edit(f, "session.yaml", "Z: 111.8034", "Z: 4.401709");
+            edit(f, "session.yaml", "X: -111.8034", "X: -4.401709");
+        },
+        due: Named(&["unit"], "written in inches"),
+    },
     // places of balls
     Case {
         name: "pivot 40 mm off",
@@ -1195,6 +1228,30 @@ fn the_session_without_a_mistake_is_clean_and_determined() {
     assert!(examination.fit.unwrap().estimates.iter().take(8).all(|estimate| estimate.determined));
     let diagnosis = diagnose(&session, &Options::default()).unwrap();
     assert_eq!(diagnosis.verdict, Verdict::Clean);
+}
+
+#[test]
+fn readings_that_change_fast_have_all_their_digits() {
+    let beside = |text: String| {
+        let parts = text.split("  - name: ").map(|part| match part.starts_with("a-short") {
+            true => changed(
+                part,
+                "spindle_ball: {link: Z, at: [0, 0, 0]",
+                "spindle_ball: {link: Z, at: [0, 0, 0.9], setup: second",
+            ),
+            false => part.to_string(),
+        });
+        parts.collect::<Vec<String>>().join("  - name: ")
+    };
+    let files = recorded_by(MACHINE, beside, 20, 1.0);
+    let folder = tempfile::tempdir().unwrap();
+    written(&files, folder.path());
+    let session = load_session(&folder.path().join("session.yaml")).unwrap();
+    let lengths =
+        &session.tests.iter().find(|test| test.name == "a-short-ccw").unwrap().recording.as_ref().unwrap().length_mm;
+    let slowest = lengths.windows(2).map(|pair| (pair[1] - pair[0]).abs()).fold(f64::INFINITY, f64::min);
+    println!("the slowest change of a-short-ccw is {:.1} µm per row", 1e3 * slowest);
+    assert!(examine(&session, &Options::default()).unwrap().fault.is_none());
 }
 
 #[test]

@@ -49,6 +49,8 @@ fault_kinds! {
     BallPlace = "ball-place",
     /// A ball, instrument or target is carried by another link than stated.
     BallLink = "ball-link",
+    /// A ball was mounted anew where the session states one setup.
+    MountedAnew = "mounted-anew",
     /// An axis stood elsewhere than stated, or none moved.
     StandingAxis = "standing-axis",
     /// The bar is another than stated, or has another length.

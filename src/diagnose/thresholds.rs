@@ -53,7 +53,9 @@ macro_rules! thresholds {
 
 thresholds! {
     accept = 15.0, off 4.0, "log odds":
-        "the first effect of a session, and a further one at the same place, is accepted above; χ² is twice as much";
+        "a free curve as the first effect of a session, and a further effect at the same place, is accepted above; χ² is twice as much";
+    accept_form = 8.0, off 15.0, "log odds":
+        "a form of the catalogue as the first effect of a session, and further effects of static poses, are accepted above";
     accept_further = 30.0, off 15.0, "log odds":
         "a further effect at another place is accepted above: what is left of an inexact form must not pass for it";
     accept_event = 24.0, off 15.0, "log odds":
@@ -112,8 +114,8 @@ thresholds! {
         "the same between sag and error motion over part of a turn";
     customary = 0.04, off 1.0, "ratio":
         "in sweeps, prior odds of a cause that is less customary than the chosen one (growth of the spindle's slide, vibration of an axis, lost motion of a drive)";
-    undescribed = 0.3, off 0.0, "ratio":
-        "prior odds of a cause that no form describes beside one that has a form: 5 of 22 kinds that the blind trial draws are none of the catalogue's";
+    undescribed = 0.15, off 0.0, "ratio":
+        "prior odds of a cause that no form describes beside one that has a form: where a free curve stood nearly as well, 3 of 65 causes were none of the catalogue's (six seeds), and a shop has more kinds than the trial";
     form_unknown = 0.4, off f64::INFINITY, "share":
         "of a finding's gain that free curves beside it take, or of the scatter that is left at its place, from which its form is not the right one";
     rest_of_form = 0.6, off 0.0, "share":
@@ -130,6 +132,4 @@ thresholds! {
         "of its gain that a finding must keep beside an axis that stands elsewhere in each test";
     stands_cost = 10.0, off 0.0, "χ²":
         "that each such place costs";
-    pose_further = 8.0, off 4.0, "log odds":
-        "static poses: further effects are accepted above";
 }

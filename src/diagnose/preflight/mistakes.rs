@@ -7,8 +7,10 @@ use super::places::axis_order::other_orders;
 use super::places::exchanged;
 use super::places::foreign::foreign;
 use super::places::misplaced::on_any_link;
+use super::places::remounted::mounted_anew;
 use super::places::standing::{a_little_elsewhere, columns_off, slides_off, stood_still};
 use super::places::sweeps::other_arcs;
+use super::places::written_positions::positions_written_otherwise;
 use super::quick_fit::{Refit, robust_rms_mm};
 use super::readings::factors::scaled_in_some;
 use super::readings::figures::Linearised;
@@ -64,6 +66,8 @@ pub(crate) fn suspicions(sampled: Sampled<'_>, as_it_is: &Refit) -> Vec<Suspicio
     list.extend(pieces.iter().flat_map(|tests| foreign(session, tests)));
     list.extend(stood_still(session, &groups));
     list.extend(a_little_elsewhere(session, &worst, runs));
+    list.extend(mounted_anew(session, &groups.all_one_way));
+    list.extend(positions_written_otherwise(session, programs));
     list.extend(own_zeros(sampled));
     list.extend(cut_off(sampled));
     if let Some(linearised) = Linearised::of(session, as_it_is) {

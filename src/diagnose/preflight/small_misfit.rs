@@ -178,10 +178,11 @@ fn suspected(session: &Session) -> Vec<Suspected> {
         })
         .collect();
     bring_nearer(sampled, misfit_um, &mut judged);
-    judged.sort_by(|a, b| a.left_um.total_cmp(&b.left_um));
+    let rows = readings(&thinned) as f64;
+    judged.sort_by(|a, b| a.weighed_um(rows).total_cmp(&b.weighed_um(rows)));
     let foreign = judged.extract_if(.., |one| one.suspicion.kind == FaultKind::ForeignFile).collect();
-    let foreign = likeliest(foreign).map(|(best, _)| best);
-    let Some((best, others)) = likeliest(judged) else { return Vec::new() };
+    let foreign = likeliest(foreign, rows).map(|(best, _)| best);
+    let Some((best, others)) = likeliest(judged, rows) else { return Vec::new() };
     let best = widened(&thinned, misfit_um, best);
     let best = toggled(sampled, misfit_um, best);
     let after_um = best.left_um;
@@ -192,21 +193,21 @@ fn suspected(session: &Session) -> Vec<Suspected> {
         let priors: BTreeMap<_, f64> = ways.rev().map(|one| (guessed(one), tried.log_prior(one).exp())).collect();
         let log_prior = priors.values().sum::<f64>().ln();
         let rivals = rivals(&best, alike.into_iter());
-        let readings = best.undone.tests.iter().filter_map(|test| test.recording.as_ref());
-        let readings: usize = readings.map(|recording| recording.length_mm.len()).sum();
+        let readings = readings(&best.undone);
         let figure = match best.kind {
             // a zero may lie anywhere in the stroke
             FaultKind::ReadingZero => refit(&best.undone, Some(&as_it_is.values))
                 .map_or(0.0, |refit| log_of_any_size(own_zero_mm(&refit, &best))),
             // counted where it is held against physics
             FaultKind::BallPlace if best.is_found => 0.0,
+            FaultKind::MountedAnew => 0.0,
             _ => best.log_cost(),
         };
         let log_odds = log_prior + figure - readings as f64 * best.diminished.ln();
         Suspected { best, rivals, before_um: as_it_is.misfit_um, after_um, log_odds }
     };
-    let alike: Vec<Judged> =
-        others.into_iter().filter(|other| other.left_um < (1.0 + SAME_MISFIT_SHARE) * after_um).collect();
+    let alike_um = (1.0 + SAME_MISFIT_SHARE) * best.weighed_um(rows);
+    let alike: Vec<Judged> = others.into_iter().filter(|other| other.weighed_um(rows) < alike_um).collect();
     let foreign = foreign.filter(|foreign| foreign.left_um < NEARLY_SAME_RATIO * after_um);
     let foreign = foreign.map(|foreign| with_odds(foreign, Vec::new()));
     let best = with_odds(best, alike);
@@ -214,6 +215,12 @@ fn suspected(session: &Session) -> Vec<Suspected> {
         Some(foreign) if FOREIGN_GAIN * foreign.after_um < after_um => vec![foreign],
         foreign => std::iter::once(best).chain(foreign).collect(),
     }
+}
+
+/// Rows of all recordings.
+fn readings(session: &Session) -> usize {
+    let recordings = session.tests.iter().filter_map(|test| test.recording.as_ref());
+    recordings.map(|recording| recording.length_mm.len()).sum()
 }
 
 /// Noise of readings from row to row, µm: of the middle recording.
@@ -245,14 +252,15 @@ const SAME_MISFIT_SHARE: f64 = 0.02;
 /// The mistake that leaves least, with the others: of those that leave the same, a column written from the wrong end,
 /// which happens as files are put together, comes before a sign that is wrong in some recordings only, and what needs no fitted figure
 /// before what does.
-fn likeliest(mut judged: Vec<Judged>) -> Option<(Judged, Vec<Judged>)> {
-    let Judged { left_um: least, suspicion: first } = judged.first()?;
-    let is_partial_sign = first.kind == FaultKind::AxisSign && !first.tests.is_empty();
-    let alike = (1.0 + SAME_MISFIT_SHARE) * least;
-    let turned = judged.iter().position(|one| one.left_um < alike && one.suspicion.kind == FaultKind::AngleReversed);
+fn likeliest(mut judged: Vec<Judged>, rows: f64) -> Option<(Judged, Vec<Judged>)> {
+    let first = judged.first()?;
+    let is_partial_sign = first.suspicion.kind == FaultKind::AxisSign && !first.suspicion.tests.is_empty();
+    let alike_um = (1.0 + SAME_MISFIT_SHARE) * first.weighed_um(rows);
+    let is_alike = |one: &Judged| one.weighed_um(rows) < alike_um;
+    let turned = judged.iter().position(|one| is_alike(one) && one.suspicion.kind == FaultKind::AngleReversed);
     let log_cost = |judged: &Judged| judged.suspicion.log_cost();
     let fewest_figures =
-        judged.iter().take_while(|one| one.left_um < alike).enumerate().max_by(|(place, one), (other, another)| {
+        judged.iter().take_while(|one| is_alike(one)).enumerate().max_by(|(place, one), (other, another)| {
             log_cost(one).total_cmp(&log_cost(another)).then(other.cmp(place))
         });
     let fewest_figures = fewest_figures.map_or(0, |(place, _)| place);

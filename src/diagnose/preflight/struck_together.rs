@@ -13,9 +13,9 @@ pub(super) struct StruckTogether {
     pub(super) programs: Vec<Vec<usize>>,
     /// Tests with the same columns: they come out of one conversion.
     pub(super) conversions: Vec<Vec<usize>>,
-    /// Of these, the tests whose first axis goes one way.
+    /// Of these, the tests that go one way.
     pub(super) conversions_one_way: Vec<Vec<usize>>,
-    /// Of all tests, those whose first axis goes one way.
+    /// Of all tests, those that go one way.
     pub(super) all_one_way: Vec<Vec<usize>>,
     /// Tests with the same bar.
     pub(super) bars: Vec<Vec<usize>>,
@@ -64,12 +64,17 @@ fn is_part(group: &[usize], session: &Session) -> bool {
     (2..session.tests.len()).contains(&group.len())
 }
 
-/// Of groups of tests, those whose first axis goes one way.
+/// Of groups of tests, those that go one way: by the axis that turns round least, for slides that follow a rotary axis go there and back.
 fn of_one_way(session: &Session, groups: &[Vec<usize>]) -> Vec<Vec<usize>> {
+    let goes = |column: &Vec<f64>| -> f64 {
+        let (low, high) = column.iter().fold((f64::MAX, f64::MIN), |(low, high), q| (low.min(*q), high.max(*q)));
+        let whole = column.last().zip(column.first()).map_or(0.0, |(last, first)| last - first);
+        if high > low { whole / (high - low) } else { 0.0 }
+    };
     let rises = |test: &usize| {
-        let recording = session.tests[*test].recording.as_ref();
-        let column = recording.and_then(|recording| recording.positions.first());
-        column.is_some_and(|column| column.last() > column.first())
+        let columns = session.tests[*test].recording.iter().flat_map(|recording| &recording.positions);
+        let ways = columns.map(goes);
+        ways.max_by(|one, other| one.abs().total_cmp(&other.abs())).is_some_and(|way| way > 0.0)
     };
     let ways = groups.iter().flat_map(|tests| {
         let (rising, falling): (Vec<usize>, Vec<usize>) = tests.iter().copied().partition(rises);

@@ -27,9 +27,10 @@ pub(crate) fn is_demanded(
     let in_noise = |fall_mm2: f64, share: f64| fall_mm2 > share * share * noise_mm2;
     let is_event = chosen.is_event();
     if found.is_empty() {
-        let (odds, rms) = match is_event {
-            true => (limits.accept_event, thresholds.rms_further),
-            false => (limits.accept, thresholds.rms_first),
+        let (odds, rms) = match (is_event, chosen.is_free()) {
+            (true, _) => (limits.accept_event, thresholds.rms_further),
+            (false, true) => (limits.accept, thresholds.rms_first),
+            (false, false) => (limits.accept_form, thresholds.rms_first),
         };
         // beside slow growth that still counts as noise a true effect may take nothing off the mean square
         let shows_within = !is_event && log_odds > thresholds.beyond_doubt && in_noise(fall_within_mm2(), rms);

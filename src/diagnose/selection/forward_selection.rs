@@ -57,7 +57,7 @@ impl SelectionContext<'_, '_, '_> {
         let beside = [joint.columns[0].as_slice(), walk.as_slice()].concat();
         let regression = Regression::new(fine, &noise, &beside, &fine.kept);
         let judgement = regression.judge(&chosen.columns, self.families[chosen.family].plausible);
-        judgement.log_evidence - cost < thresholds.better
+        judgement.log_evidence - cost < self.limits.beside_wander
     }
 
     /// Whether a candidate may be told: where only free curves are looked at, all of them.

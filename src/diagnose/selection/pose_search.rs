@@ -57,14 +57,14 @@ pub fn search_poses(model: &LinearModel, families: &[CandidateFamily]) -> Search
         state = State::start(model, &poses);
     }
     if !state.has_load() {
-        state.rounds(&loads, &poses, model.thresholds.pose_further);
+        state.rounds(&loads, &poses, model.thresholds.accept_form);
     }
     if state.found.is_empty() {
         state.take_weights(&families, &poses);
     }
-    state.rounds(&without_free_curves(&families), &poses, model.thresholds.pose_further);
+    state.rounds(&without_free_curves(&families), &poses, model.thresholds.accept_form);
     state.weigh_again(&families, &poses);
-    state.rounds(&families, &poses, model.thresholds.pose_further);
+    state.rounds(&families, &poses, model.thresholds.accept_form);
     Search {
         beside: Vec::new(),
         residual_before_mm2,

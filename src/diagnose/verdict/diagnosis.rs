@@ -97,6 +97,9 @@ pub enum DiagnoseError {
 /// Probability below which the cause of a finding is open.
 const EVEN: f64 = 0.5;
 
+/// Probability of a mistake in the files up to which numbers stay determined: they are stated with two σ.
+const MOST_DOUBT: f64 = 0.05;
+
 impl Diagnosis {
     /// Diagnosis of a session whose recordings cannot be true as they stand: the mistake in them, where one is known
     /// that undoes it. Nothing is fitted.
@@ -185,6 +188,9 @@ impl Diagnosis {
 
     /// Claims less of what was found, as a mistake in the files may be the cause with this probability.
     pub(crate) fn leave_to_a_mistake(&mut self, probability: f64) {
+        if probability > MOST_DOUBT {
+            self.location_errors.iter_mut().for_each(|moved| moved.determined = false);
+        }
         for finding in &mut self.findings {
             finding.probability *= 1.0 - probability;
             finding.rivals.iter_mut().for_each(|(_, share)| *share *= 1.0 - probability);

@@ -96,7 +96,8 @@ fn propose(layout: &Layout, search: &Search, findings: &mut [Finding]) {
 }
 
 /// Drops what held-out readings do not confirm, by its name or by what they gain, the weakest first, unless too much stays
-/// unexplained without it to be the rest of a form or chance: it then stays, marked as not proven. Single events cannot repeat.
+/// unexplained without it to be the rest of a form or chance: it then stays, marked as not proven. So does the first finding where one of
+/// the folds confirms it: half of the readings show half as much. Single events cannot repeat.
 ///
 /// Forms that predict other readings worse than none at all are not the right ones: the first is told as a place without
 /// a form, the others not at all.
@@ -114,6 +115,7 @@ fn confirm<'g, 'a>(
         // what the folds found under other names predicts as well
         if finding.single
             || proof.findings[index].passed
+            || index == 0 && proof.findings[index].confirmed > 0
             || index == 0 && finding.gain > fine.thresholds.sure_of_form && proof.predicts(noise_um, &fine.thresholds)
         {
             continue;

@@ -53,16 +53,25 @@ fn rounded_lengths(session: &Session) -> Option<DataFault> {
 const COARSE_IN_ONE_MM: f64 = 0.002;
 const COARSER: f64 = 10.0;
 
-/// Readings that differ in a recording from which its steps are known.
-const LEAST_CHANGES: usize = 10;
+/// Different readings of a recording from which its steps are known.
+const LEAST_READINGS: usize = 10;
 
-/// Recordings whose readings differ by far larger steps than those of most others.
+/// How far from whole steps readings with fewer digits may lie, as a share of a step: files round once more.
+const OFF_STEP: f64 = 0.1;
+
+/// Recordings whose readings differ by far larger steps than those of most others, and by whole ones: readings that change fast lie far apart
+/// with all their digits.
 fn coarser_than_others(session: &Session) -> Option<DataFault> {
     let step_mm = |test: &Test| -> Option<f64> {
         let recording = test.recording.as_ref().filter(|_| test.bar_length_mm.is_some())?;
-        let changes =
-            recording.length_mm.windows(2).map(|pair| (pair[1] - pair[0]).abs()).filter(|step| *step > ON_STEP);
-        (changes.clone().count() >= LEAST_CHANGES).then(|| changes.fold(f64::INFINITY, f64::min))
+        let mut read: Vec<f64> = recording.length_mm.iter().copied().filter(|length| length.is_finite()).collect();
+        read.sort_by(f64::total_cmp);
+        let steps = read.windows(2).map(|pair| pair[1] - pair[0]).filter(|step| *step > ON_STEP);
+        let least = steps.clone().fold(f64::INFINITY, f64::min);
+        let is_whole = |step: f64| (step / least - (step / least).round()).abs() < OFF_STEP;
+        // readings on no common step have finer digits than would be told
+        let digits = if steps.clone().all(is_whole) { least } else { COARSE_IN_ONE_MM / COARSER };
+        (steps.count() >= LEAST_READINGS).then_some(digits)
     };
     let steps: Vec<(&Test, f64)> = session.tests.iter().filter_map(|test| Some((test, step_mm(test)?))).collect();
     let usual_mm = median(steps.iter().map(|(_, step)| *step))?;

@@ -8,7 +8,7 @@ use crate::diagnose::preflight::suspicion::Suspicion;
 use crate::session::Session;
 
 /// Spread of the balls of a test that does not belong to the others, mm, where they were set up anew: cups are set to some tenths.
-const FOREIGN_MM: f64 = 0.5;
+pub(super) const FOREIGN_MM: f64 = 0.5;
 
 /// One test, or one with its repeats, with balls of its own, beside others from the same pivot. Physics could do that only by a ball that
 /// jumps away and exactly back, for the first or last tests by one jump. The balls lie as near to their places as others of the session, or anywhere that a cup is put.

@@ -9,6 +9,8 @@ pub(crate) mod foreign;
 pub(crate) mod frames;
 pub(crate) mod loaded;
 pub(crate) mod misplaced;
+pub(crate) mod remounted;
 pub(crate) mod restated;
 pub(crate) mod standing;
 pub(crate) mod sweeps;
+pub(crate) mod written_positions;
