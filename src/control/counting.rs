@@ -8,7 +8,7 @@ pub fn counting_against(machine: &Machine) -> Vec<usize> {
         let along = machine.axes[axis].direction;
         machine.tool_sign(axis) * along[along.iamax()].signum()
     };
-    let slides = (0..machine.axes.len()).filter(|&axis| machine.axes[axis].kind == AxisKind::Linear);
+    let slides = machine.axes_of(AxisKind::Linear);
     slides.filter(|&axis| way(axis) < 0.0).collect()
 }
 

@@ -201,7 +201,7 @@ impl SwivelVector {
 /// from the machine outward: I2 to the first axis, I3 to the second; beside a head I3 to the axis. I1 and I4 close the chains.
 fn sinumerik(machine: &Machine, number: &Number) -> Vec<Parameter> {
     let axis = &machine.axes[number.axis].name;
-    let turning = (0..machine.axes.len()).filter(|&axis| machine.axes[axis].kind == AxisKind::Rotary);
+    let turning = machine.axes_of(AxisKind::Rotary);
     let (table, head): (Vec<usize>, Vec<usize>) = turning.partition(|&axis| machine.carries_workpiece(axis));
     let swivels = match (table.is_empty(), head.is_empty()) {
         (false, false) => Swivels::Mixed,

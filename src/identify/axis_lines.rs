@@ -65,7 +65,7 @@ pub fn axis_lines(session: &Session, fit: &Fit) -> Vec<AxisLine> {
     let chain = Chain::of(machine);
     let (free, covariance) = fit.location_covariance();
     let errors = fitted_errors(machine, fit, &free);
-    let rotary = (0..machine.axes.len()).filter(|&axis| machine.axes[axis].kind == AxisKind::Rotary);
+    let rotary = machine.axes_of(AxisKind::Rotary);
     rotary
         .map(|axis| {
             let quantities = |errors: &[[f64; 6]]| line_quantities(&chain, axis, errors);
@@ -240,8 +240,7 @@ fn centre_at(session: &Session, chain: &Chain, line: &AxisLine) -> Vec<CentreRea
         return Vec::new();
     }
     let joint = chain.joint(line.axis);
-    let mut linear: Vec<usize> =
-        (0..machine.axes.len()).filter(|&axis| machine.axes[axis].kind == AxisKind::Linear).collect();
+    let mut linear: Vec<usize> = machine.axes_of(AxisKind::Linear).collect();
     linear.sort_by_key(|&axis| machine.axes[axis].coordinate_direction());
     linear
         .into_iter()

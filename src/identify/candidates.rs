@@ -22,7 +22,7 @@ const SAMPLES: f64 = 48.0;
 /// Sweeps of every rotary axis with the linear axes following, other rotary axes at several positions.
 pub fn candidate_tests(session: &Session, chain: &Chain) -> Vec<Candidate> {
     let machine = &session.machine;
-    let rotary: Vec<usize> = (0..machine.axes.len()).filter(|&k| machine.axes[k].kind == AxisKind::Rotary).collect();
+    let rotary: Vec<usize> = machine.axes_of(AxisKind::Rotary).collect();
     let mut list = Vec::new();
     let mut seen_balls: Vec<(usize, usize)> = Vec::new();
     let setups = crate::session::Setups::of(session);
@@ -50,7 +50,7 @@ pub fn candidate_tests(session: &Session, chain: &Chain) -> Vec<Candidate> {
 /// Circles of every pair of linear axes about the pivot, rotary axes at zero: they show how square the linear axes are.
 pub fn candidate_circles(session: &Session, chain: &Chain) -> Vec<Candidate> {
     let machine = &session.machine;
-    let linear: Vec<usize> = (0..machine.axes.len()).filter(|&k| machine.axes[k].kind == AxisKind::Linear).collect();
+    let linear: Vec<usize> = machine.axes_of(AxisKind::Linear).collect();
     let pairs = linear
         .iter()
         .enumerate()

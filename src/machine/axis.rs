@@ -80,6 +80,11 @@ pub struct Axis {
 const ALONG_COORDINATE: f64 = 1e-9;
 
 impl Axis {
+    /// Zero, or the end of the travel that is nearest to it, mm or rad.
+    pub fn near_zero(&self) -> f64 {
+        self.range.map_or(0.0, |(low, high)| 0f64.clamp(low, high))
+    }
+
     /// Coordinate direction (0, 1, 2) that the axis runs along, `None` when it is inclined.
     pub fn coordinate_direction(&self) -> Option<usize> {
         (0..3).find(|&k| (self.direction[k].abs() - 1.0).abs() < ALONG_COORDINATE)

@@ -82,6 +82,11 @@ impl Machine {
         self.axes.iter().position(|axis| axis.name == name)
     }
 
+    /// Axes of one kind, by index in the code's order.
+    pub fn axes_of(&self, kind: AxisKind) -> impl Iterator<Item = usize> + Clone + '_ {
+        (0..self.axes.len()).filter(move |&axis| self.axes[axis].kind == kind)
+    }
+
     /// Names of all axes in the code's order.
     pub fn axis_names(&self) -> Vec<&str> {
         self.axes.iter().map(|axis| axis.name.as_str()).collect()

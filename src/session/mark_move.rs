@@ -16,7 +16,7 @@ pub fn marked(machine: &Machine, test: &Test, row: &[f64], move_mm: f64) -> Opti
     let geometry = Geometry::nominal(&chain);
     let links = test.links(&chain).ok()?;
     let bar = |q: &[f64]| test.bar(&geometry, links, q);
-    let slides: Vec<usize> = (0..machine.axes.len()).filter(|&k| machine.axes[k].kind == AxisKind::Linear).collect();
+    let slides: Vec<usize> = machine.axes_of(AxisKind::Linear).collect();
     let here = bar(row);
     // linear axes move the bar's end evenly: steps of 1 mm tell how
     let by_mm = DMatrix::from_fn(3, slides.len(), |i, k| {

@@ -75,7 +75,7 @@ impl Path {
             Path::Circle { plane, .. } => vec![plane.first, plane.second],
             Path::Sweep { axis, follow: Follow::None, .. } => vec![*axis],
             Path::Sweep { axis, .. } => {
-                let linear = (0..machine.axes.len()).filter(|&k| machine.axes[k].kind == AxisKind::Linear);
+                let linear = machine.axes_of(AxisKind::Linear);
                 linear.chain([*axis]).collect()
             }
         }

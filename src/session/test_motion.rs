@@ -141,8 +141,7 @@ fn follow_columns(
     follow: Follow,
     samples: &[f64],
 ) -> Result<Vec<(usize, Vec<f64>)>, MotionError> {
-    let linear: Vec<usize> =
-        (0..session.machine.axes.len()).filter(|&k| session.machine.axes[k].kind == AxisKind::Linear).collect();
+    let linear: Vec<usize> = session.machine.axes_of(AxisKind::Linear).collect();
     let mut moving = linear.clone();
     moving.push(axis);
     let mut q = standing(session, test, &moving)?;

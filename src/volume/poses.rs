@@ -50,7 +50,7 @@ pub fn poses(machine: &Machine, tool: Tool, part: Option<&Part>, count: usize) -
         ranges.iter().enumerate().map(one).collect()
     };
     let Some(part) = part else { return Ok((1..=count).map(over_travel).collect()) };
-    let sliding: Vec<usize> = (0..machine.axes.len()).filter(|&k| machine.axes[k].kind == AxisKind::Linear).collect();
+    let sliding: Vec<usize> = machine.axes_of(AxisKind::Linear).collect();
     let &[x, y, z] = sliding.as_slice() else { return Err(VolumeError::Slides { slides: sliding.len() }) };
     let chain = Chain::of(machine);
     let kinematics = Kinematics::nominal(machine, &chain, tool);

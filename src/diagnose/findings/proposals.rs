@@ -177,8 +177,7 @@ fn following(session: &Session, mount: &Test, ends: f64, list: &mut Vec<Proposal
 /// Planar circles of every pair of linear axes, at two feeds.
 fn circles(session: &Session, mount: &Test, ends: f64, list: &mut Vec<Proposal>) {
     let machine = &session.machine;
-    let linear: Vec<usize> =
-        (0..machine.axes.len()).filter(|&axis| machine.axes[axis].kind == AxisKind::Linear).collect();
+    let linear: Vec<usize> = machine.axes_of(AxisKind::Linear).collect();
     let radius_mm = mount.bar_length_mm.map_or(100.0, f64::round);
     for (index, &first) in linear.iter().enumerate() {
         for &second in &linear[index + 1..] {

@@ -31,7 +31,7 @@ impl<'a> PlanContext<'a> {
     /// All setups of an added pivot place, at the usual standing positions of rotary axes and at those of some tests.
     pub(crate) fn setups_at(&self, site: usize, like: &[&Candidate]) -> Option<&'a [Candidate]> {
         let chain = self.geometry.chain();
-        let rotary = (0..self.machine.axes.len()).filter(|&axis| self.machine.axes[axis].kind == AxisKind::Rotary);
+        let rotary = self.machine.axes_of(AxisKind::Rotary);
         let list = rotary.flat_map(|axis| {
             let mut starts = static_positions(self.machine, chain, axis, &self.settings.avoid);
             let tests = like.iter().filter(|candidate| candidate.axis == axis);
@@ -95,7 +95,7 @@ impl<'a> PlanContext<'a> {
 
 /// Where a test's setup was looked for from: linear axes at the place in their range nearest zero, other rotary axes as they stand.
 fn start_of(machine: &Machine, candidate: &Candidate) -> Vec<f64> {
-    let near_zero = |axis: usize| machine.axes[axis].range.map_or(0.0, |(low, high)| 0f64.clamp(low, high));
+    let near_zero = |axis: usize| machine.axes[axis].near_zero();
     let stands = |axis: usize| machine.axes[axis].kind == AxisKind::Rotary && axis != candidate.axis;
     let at = |axis: usize| if stands(axis) { candidate.solved.positions[axis] } else { near_zero(axis) };
     (0..machine.axes.len()).map(at).collect()

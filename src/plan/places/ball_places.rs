@@ -95,7 +95,7 @@ pub(crate) fn distinct_mounts(bodies: &Bodies) -> impl Iterator<Item = (usize, &
 }
 
 fn rotary(machine: &Machine) -> impl Iterator<Item = usize> {
-    (0..machine.axes.len()).filter(|&k| machine.axes[k].kind == AxisKind::Rotary)
+    machine.axes_of(AxisKind::Rotary)
 }
 
 /// Balls on a mount, given all rotary axes and those that carry it: along, across and above the surface, mm.

@@ -39,7 +39,7 @@ pub(crate) fn candidates_at(
         places: spindle_places(machine, &chain, kit, offer),
         ..Candidates::default()
     };
-    let rotary: Vec<usize> = (0..machine.axes.len()).filter(|&k| machine.axes[k].kind == AxisKind::Rotary).collect();
+    let rotary: Vec<usize> = machine.axes_of(AxisKind::Rotary).collect();
     let lengths = kit.lengths_mm();
     for &axis in &rotary {
         let Some((from, to)) = sweep_wanted(machine, axis, avoid) else { continue };

@@ -118,7 +118,7 @@ impl<'a> Stance<'a> {
     /// The linear axes' pull for balls on these links.
     pub fn pull(&self, chain: &Chain, carried: LinkId, still: LinkId) -> Pull {
         let with_line = chain.carried_by(self.axis);
-        let linear = (0..self.machine.axes.len()).filter(|&k| self.machine.axes[k].kind == AxisKind::Linear);
+        let linear = self.machine.axes_of(AxisKind::Linear);
         let slides: Vec<Slide> = linear
             .map(|k| {
                 let joint = chain.joint(k);

@@ -12,7 +12,7 @@ const CARRYING_DEG: [f64; 3] = [0.0, 90.0, -90.0];
 
 /// Start positions: linear axes at the place in their range nearest zero, other rotary axes at some static places.
 pub(crate) fn static_positions(machine: &Machine, chain: &Chain, axis: usize, avoid: &Avoid) -> Vec<Vec<f64>> {
-    let near_zero = |k: usize| machine.axes[k].range.map_or(0.0, |(low, high)| 0f64.clamp(low, high));
+    let near_zero = |k: usize| machine.axes[k].near_zero();
     let mut starts = vec![(0..machine.axes.len()).map(near_zero).collect::<Vec<f64>>()];
     let branch = chain.carried_by(axis).branch;
     for other in (0..machine.axes.len()).filter(|&k| k != axis && machine.axes[k].kind == AxisKind::Rotary) {

@@ -80,15 +80,13 @@ impl Parking {
     /// and on either side of them.
     pub fn of(machine: &Machine, avoid: &Avoid) -> Parking {
         let chain = Chain::of(machine);
-        let linear: Vec<usize> =
-            (0..machine.axes.len()).filter(|&k| machine.axes[k].kind == AxisKind::Linear).collect();
+        let linear: Vec<usize> = machine.axes_of(AxisKind::Linear).collect();
         let ends = |k: usize| {
             let (low, high) = machine.axes[k].range.unwrap_or((-FREE_TRAVEL_MM, FREE_TRAVEL_MM));
             let off = OFF_LIMIT_MM.min(0.25 * (high - low));
             [low + off, high - off]
         };
-        let zero: Vec<f64> =
-            machine.axes.iter().map(|axis| axis.range.map_or(0.0, |(low, high)| 0f64.clamp(low, high))).collect();
+        let zero: Vec<f64> = machine.axes.iter().map(|axis| axis.near_zero()).collect();
         let up = spindle_up(machine, &chain, &zero);
         // how much the spindle leaves the table when an axis moves by one
         let parting = |k: usize| {

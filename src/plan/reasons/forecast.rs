@@ -187,8 +187,7 @@ fn reason(evaluation: &Evaluation, plain: &Posterior, k: usize, tested: &HashSet
         return "the chosen tests tell it only through how well the pivot's place is known, and no further test that was tried pays"
             .into();
     }
-    let rotary = (0..evaluation.context.machine.axes.len())
-        .filter(|&k| evaluation.context.machine.axes[k].kind == AxisKind::Rotary);
+    let rotary = evaluation.context.machine.axes_of(AxisKind::Rotary);
     let other =
         rotary.filter(|other| *other != axis && !tested.contains(other)).find_map(|other| untested(evaluation, other));
     match (untested(evaluation, axis), other) {

@@ -6,8 +6,7 @@ use crate::plan::context::evaluation::Evaluation;
 /// Why no length tells an error, where that is so: each rotary axis has setups within its reach and none of them shows it.
 pub(crate) fn no_length_tells(evaluation: &Evaluation, k: usize) -> Option<String> {
     let has_setups = |axis: usize| evaluation.context.all.list.iter().any(|candidate| candidate.axis == axis);
-    let mut rotary = (0..evaluation.context.machine.axes.len())
-        .filter(|&k| evaluation.context.machine.axes[k].kind == AxisKind::Rotary);
+    let mut rotary = evaluation.context.machine.axes_of(AxisKind::Rotary);
     let seen = &evaluation.observability[k];
     if seen.is_seen || !rotary.all(has_setups) {
         return None;

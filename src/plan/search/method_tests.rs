@@ -17,9 +17,7 @@ const GROUPS: usize = 40;
 const MOST_GROUPS: usize = 4000;
 /// The tests of a method.
 pub(crate) fn method_choice<'a>(evaluation: &mut Evaluation<'a>, method: Method) -> Result<Choice<'a>, MethodError> {
-    let axes: Vec<usize> = (0..evaluation.context.machine.axes.len())
-        .filter(|&k| evaluation.context.machine.axes[k].kind == AxisKind::Rotary)
-        .collect();
+    let axes: Vec<usize> = evaluation.context.machine.axes_of(AxisKind::Rotary).collect();
     let name = match method {
         Method::Chapter4 => "chapter4",
         Method::Chapter5 => "chapter5",
@@ -166,8 +164,10 @@ fn most_telling_lengths<'a>(evaluation: &mut Evaluation<'a>, groups: Vec<Vec<&'a
 
 /// How far the linear axes stand from zero, mm: setups near zero feel their errors least.
 fn travel(evaluation: &Evaluation, candidate: &Candidate) -> f64 {
-    (0..evaluation.context.machine.axes.len())
-        .filter(|&k| evaluation.context.machine.axes[k].kind == AxisKind::Linear)
+    evaluation
+        .context
+        .machine
+        .axes_of(AxisKind::Linear)
         .map(|k| candidate.solved.positions[k].powi(2))
         .sum::<f64>()
         .sqrt()

@@ -31,7 +31,7 @@ const ROUNDS: usize = 2;
 /// nominal machine, from which a fit may not get there.
 pub(crate) fn other_lines(session: &Session, as_it_is: &Refit) -> Vec<Suspicion> {
     let machine = &session.machine;
-    let rotary = (0..machine.axes.len()).filter(|&axis| machine.axes[axis].kind == AxisKind::Rotary);
+    let rotary = machine.axes_of(AxisKind::Rotary);
     let by_lengths = rotary
         .filter_map(|axis| Some((axis, by_lengths(session, axis)?)))
         .filter(|(_, shift)| shift.norm() > OTHER_LINE_MM)
@@ -54,7 +54,7 @@ pub(crate) fn fitted_lines(session: &Session, as_it_is: &Refit) -> Vec<Suspicion
         }
         shift
     };
-    let rotary = (0..machine.axes.len()).filter(|&axis| machine.axes[axis].kind == AxisKind::Rotary);
+    let rotary = machine.axes_of(AxisKind::Rotary);
     rotary
         .map(|axis| (axis, fitted(axis)))
         .filter(|(_, shift)| shift.norm() > NO_ERROR_MM)

@@ -35,7 +35,7 @@ pub(crate) fn restated(session: &Session, worst: &[usize]) -> Vec<Suspicion> {
             of_tests.extend(places(session, &chain, end, &tests).into_iter().map(|one| (is_worst, one)));
         }
     }
-    for axis in (0..session.machine.axes.len()).filter(|&axis| session.machine.axes[axis].kind == AxisKind::Rotary) {
+    for axis in session.machine.axes_of(AxisKind::Rotary) {
         for tests in groups(session, axis) {
             let is_worst = tests.iter().any(|test| worst.contains(test));
             of_tests.extend(angles(session, &chain, axis, &tests).into_iter().map(|one| (is_worst, one)));
@@ -95,7 +95,7 @@ fn directions(session: &Session) -> Vec<Suspicion> {
 /// Rotary axes that turn about another direction: a coordinate, or an inclined one with a sign turned.
 pub(crate) fn other_directions(session: &Session) -> Vec<Suspicion> {
     let machine = &session.machine;
-    let rotary = (0..machine.axes.len()).filter(|&axis| machine.axes[axis].kind == AxisKind::Rotary);
+    let rotary = machine.axes_of(AxisKind::Rotary);
     let mut list = Vec::new();
     for axis in rotary {
         let stated = machine.axes[axis].direction;

@@ -168,7 +168,7 @@ const OFF_DEG: [f64; 11] = [-90.0, -30.0, -12.0, -4.0, -1.5, 1.5, 4.0, 12.0, 30.
 /// Columns of rotary axes that are off by one angle in some groups of tests.
 pub(crate) fn columns_off(session: &Session, groups: &[Vec<usize>]) -> Vec<Suspicion> {
     let machine = &session.machine;
-    let rotary = (0..machine.axes.len()).filter(|&axis| machine.axes[axis].kind == AxisKind::Rotary);
+    let rotary = machine.axes_of(AxisKind::Rotary);
     let of = |axis: usize| {
         let moves = |&test: &usize| {
             session.tests[test].recording.as_ref().is_some_and(|recording| recording.axes.contains(&axis))
@@ -197,7 +197,7 @@ const LEAST_MM: f64 = 0.02;
 /// Columns of linear axes that are off by the distance that fits best, in some groups of tests.
 pub(crate) fn slides_off(session: &Session, linearised: &Linearised, groups: &[Vec<usize>]) -> Vec<Suspicion> {
     let machine = &session.machine;
-    let linear = (0..machine.axes.len()).filter(|&axis| machine.axes[axis].kind == AxisKind::Linear);
+    let linear = machine.axes_of(AxisKind::Linear);
     let of = |axis: usize, tests: &Vec<usize>| {
         let beside = column_off(session, axis, tests, SMALL_MM)?;
         let sizes = linearised.fitted(&[linearised.figure_of(&beside.undone, tests, SMALL_MM)?])?;

@@ -26,7 +26,7 @@ const LEAST_DEG: f64 = 0.7;
 
 /// Sweeps of each rotary axis with other ends: in all tests without positions, and in those of one program.
 pub(crate) fn other_arcs(session: &Session) -> Vec<Suspicion> {
-    let rotary = (0..session.machine.axes.len()).filter(|&axis| session.machine.axes[axis].kind == AxisKind::Rotary);
+    let rotary = session.machine.axes_of(AxisKind::Rotary);
     rotary
         .flat_map(|axis| groups(session, axis).into_iter().map(move |tests| (axis, tests)))
         .flat_map(|(axis, tests)| {
