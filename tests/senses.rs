@@ -7,7 +7,7 @@ use std::process::Command;
 use fiveaxis::chain::{Chain, Composition, Geometry, sense_in_words};
 use fiveaxis::identify::{Options, TurnedSense, identify, turned_senses};
 use fiveaxis::load::{load_machine, load_session, machine_from_yaml};
-use fiveaxis::machine::{Directions, Machine};
+use fiveaxis::machine::{Directions, Machine, SpindleSide};
 use fiveaxis::session::{Marks, Session};
 use fiveaxis::simulate::simulate;
 use nalgebra::Vector3;
@@ -21,7 +21,7 @@ fn machine(yaml: &str) -> Machine {
 /// Every axis with all axes at zero, the tool along −z.
 fn words(machine: &Machine) -> Vec<String> {
     let zero = vec![0.0; machine.axes.len()];
-    (0..machine.axes.len()).map(|axis| sense_in_words(machine, axis, &zero, Some(&-Vector3::z()))).collect()
+    (0..machine.axes.len()).map(|axis| sense_in_words(machine, axis, &zero)).collect()
 }
 
 fn check(yaml: &str, expected: &[&str]) {
@@ -102,9 +102,9 @@ fn an_axis_is_told_as_it_stands() {
     let trunnion = machine("name: m\ncode: \"[wCAbYXZt]\"\ndirections: iso841\naxes: {}\n");
     let at = [0.0, 90f64.to_radians(), 0.0, 0.0, 0.0];
     // A at +90 lifts the front edge: the table looks to the back, and the operator sees C turn behind it
-    let seen = sense_in_words(&trunnion, 0, &at, None);
+    let seen = sense_in_words(&trunnion, 0, &at);
     assert_eq!(seen, "C+ lifts the right edge of the table");
-    assert_eq!(sense_in_words(&trunnion, 1, &at, None), "A+ lifts the front edge of the table");
+    assert_eq!(sense_in_words(&trunnion, 1, &at), "A+ lifts the front edge of the table");
 }
 
 /// A unit vector in R of a word of the operator's, who looks along +y with x to the right and z up.
@@ -195,11 +195,13 @@ fn words_agree_with_where_points_go() {
         machines.push(machine);
     }
     let mut seen = 0;
+    let upright = SpindleSide { link: "t".into(), nose: Vector3::z(), direction: Vector3::z(), gauge_length_mm: 1.0 };
     for machine in &machines {
         let zero = vec![0.0; machine.axes.len()];
-        for axis in 0..machine.axes.len() {
-            for tool in [Some(-Vector3::z()), None] {
-                agrees(machine, axis, &sense_in_words(machine, axis, &zero, tool.as_ref()));
+        for spindle in [Some(upright.clone()), None] {
+            let machine = Machine { spindle, ..machine.clone() };
+            for axis in 0..machine.axes.len() {
+                agrees(&machine, axis, &sense_in_words(&machine, axis, &zero));
                 seen += 1;
             }
         }

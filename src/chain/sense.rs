@@ -48,8 +48,8 @@ impl View {
 
 /// What a positive command of an axis does with the axes at `positions` (mm, rad): `X+: the table goes left`.
 ///
-/// `tool` is the direction in which the tool looks out of the spindle at the zero position, where it is known.
-pub fn sense_in_words(machine: &Machine, axis: usize, positions: &[f64], tool: Option<&Vector3<f64>>) -> String {
+/// Of a head's axis the way in which the nose swings, where the machine tells which way the tool looks.
+pub fn sense_in_words(machine: &Machine, axis: usize, positions: &[f64]) -> String {
     let chain = Chain::of(machine);
     let geometry = Geometry::nominal(&chain);
     let view = View::of(machine);
@@ -62,7 +62,7 @@ pub fn sense_in_words(machine: &Machine, axis: usize, positions: &[f64], tool: O
     match (joint.kind, link.branch) {
         (AxisKind::Linear, branch) => format!("{name}+: {} goes {}", part(branch), towards(&view, &way)),
         (AxisKind::Rotary, Branch::Workpiece) => table_turns(name, &view, &way),
-        (AxisKind::Rotary, Branch::Tool) => match tool {
+        (AxisKind::Rotary, Branch::Tool) => match machine.tool_direction() {
             Some(tool) => format!("{name}+: {}", head_turns(&view, &way, &(rotation * tool))),
             None => format!("{name}+: {} turns {}", part(Branch::Tool), seen_from(&view, &way)),
         },

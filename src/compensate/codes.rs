@@ -27,12 +27,12 @@ pub enum Meaning {
     Reference,
     /// Words of this block are no positions.
     Dwell,
-    /// `G5.1 Q1` and `G5 P10000` switch look-ahead on; with axis words they are curves.
-    SplineOrLookAhead,
     /// Of no meaning for the path.
     Other,
     /// Changes the path in a way that is not followed here.
     Refused(&'static str),
+    /// The same with axis words, without them of no meaning for the path: `G5.1 Q1` and `G5 P10000` switch look-ahead on.
+    RefusedWithPlace(&'static str),
 }
 
 /// Modal motion.
@@ -52,7 +52,7 @@ pub enum Motion {
 const CYCLE: &str = "is a canned cycle; let the CAM system write its moves out";
 const RADIUS: &str = "has the control offset the path by the tool's radius; let the CAM system do that";
 const TURNED: &str = "turns, scales or mirrors coordinates in the control; program the plain ones";
-pub const SPLINE: &str = "is a curve that is not followed here; use lines and arcs";
+const SPLINE: &str = "is a curve that is not followed here; use lines and arcs";
 const PROBE: &str = "ends where a probe triggers, which is not known here";
 const SHIFTED: &str = "shifts the coordinates by what is not known here; use G54 to G59.3 with stated offsets";
 const LATHE: &str = "is a lathe's";
@@ -93,7 +93,7 @@ pub fn g_code(tenths: u16) -> Option<Meaning> {
         730 | 740 | 760 | 810 | 820 | 830 | 840 | 850 | 860 | 870 | 880 | 890 => Refused(CYCLE),
         410..=429 => Refused(RADIUS),
         160 | 510 | 511 | 680 | 682 | 683 => Refused(TURNED),
-        50 | 51 => SplineOrLookAhead,
+        50 | 51 => RefusedWithPlace(SPLINE),
         52..=59 => Refused(SPLINE),
         380..=389 | 310 => Refused(PROBE),
         520 | 920 | 922 | 923 => Refused(SHIFTED),
@@ -120,7 +120,7 @@ impl Meaning {
             WorkOffset(_) => 6,
             ToolLength | ToolLengthGiven | ToolCentrePoint | NoToolLength => 7,
             SetOffsets | Reference | Dwell => 8,
-            MachineCoordinates | SplineOrLookAhead | Other | Refused(_) => return None,
+            MachineCoordinates | Other | Refused(_) | RefusedWithPlace(_) => return None,
         })
     }
 }

@@ -1,11 +1,16 @@
 //! Modes of a program: what a control keeps from block to block. Unknown until said.
 
 use super::block::{Block, Word};
-use super::codes::{Meaning, Motion, SPLINE, g_code, refused_m_code};
+use super::codes::{Meaning, Motion, g_code, refused_m_code};
 use crate::units::MM_PER_INCH;
 
 /// Axis letters in the order of all arrays here.
 pub const LETTERS: [u8; 9] = *b"XYZABCUVW";
+
+/// Whether axis words stand in a block.
+pub fn has_place(block: &Block) -> bool {
+    block.words.iter().any(|word| LETTERS.contains(&word.letter))
+}
 
 /// Meaning of F.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -126,13 +131,7 @@ impl Modal {
                         .code()
                         .and_then(g_code)
                         .ok_or_else(|| format!("has G{}, which is not known here", word.value))?;
-                    let has_place = || block.words.iter().any(|word| LETTERS.contains(&word.letter));
-                    let meaning = match meaning {
-                        Meaning::SplineOrLookAhead if has_place() => Meaning::Refused(SPLINE),
-                        Meaning::SplineOrLookAhead => Meaning::Other,
-                        other => other,
-                    };
-                    self.take_code(meaning, word.value, number(b'H'), tools, &mut once)?;
+                    self.take_code(meaning, word, block, tools, &mut once)?;
                 }
                 b'M' => {
                     let code = word.code().ok_or_else(|| format!("has M{}, which is no code", word.value))?;
@@ -173,8 +172,8 @@ impl Modal {
     fn take_code(
         &mut self,
         meaning: Meaning,
-        value: f64,
-        length_number: Option<f64>,
+        word: &Word,
+        block: &Block,
         tools: &Tools,
         once: &mut Once,
     ) -> Result<(), String> {
@@ -192,6 +191,7 @@ impl Modal {
             Meaning::PerRevolution => self.change_feed_mode(FeedMode::PerRevolution),
             Meaning::WorkOffset(system) => self.system = Some(system),
             Meaning::ToolLength | Meaning::ToolCentrePoint => {
+                let length_number = block.words.iter().find(|word| word.letter == b'H').map(|word| word.value);
                 let tool = length_number.map(|number| number as u32).or(self.in_spindle);
                 let tool = tool.ok_or("has a tool length without H, and which tool is in the spindle was not said")?;
                 let length = tools.iter().find(|(number, _)| *number == tool).map(|(_, length)| *length);
@@ -210,11 +210,12 @@ impl Modal {
             Meaning::SetOffsets => *once = Once::SetOffsets,
             Meaning::Reference => *once = Once::Reference,
             Meaning::Dwell => *once = Once::Dwell,
-            Meaning::SplineOrLookAhead | Meaning::Other => {}
-            Meaning::Refused(why) => {
+            Meaning::Other => {}
+            Meaning::RefusedWithPlace(_) if !has_place(block) => {}
+            Meaning::Refused(why) | Meaning::RefusedWithPlace(why) => {
                 // until another motion is said, further places belong to it
                 self.motion = Some(Motion::Cycle);
-                return Err(format!("has G{value}, which {why}"));
+                return Err(format!("has G{}, which {why}", word.value));
             }
         }
         Ok(())

@@ -5,7 +5,7 @@ use super::codes::{Motion, is_usual_m_code};
 use super::command::{Control, Coordinates};
 use super::correct::Corrector;
 use super::memory::Memories;
-use super::modal::{LETTERS, Modal, Once, ToolLength};
+use super::modal::{Modal, Once, ToolLength, has_place};
 use super::rewrite::Changes;
 use super::settings::{NotCorrected, Settings, Summary};
 use super::state::{Compensator, Text, Told};
@@ -137,7 +137,7 @@ impl<'a> Compensator<'a> {
             self.take_tool();
         }
         self.note_m_codes(block);
-        let has_place = block.words.iter().any(|word| LETTERS.contains(&word.letter));
+        let has_place = has_place(block);
         let has_centre = block.words.iter().any(|word| matches!(word.letter, b'I' | b'J' | b'K'));
         match once {
             Once::SetOffsets => self.set_offsets(block)?,

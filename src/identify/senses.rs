@@ -88,9 +88,7 @@ impl TurnedSense {
     pub fn how_to_tell(&self, session: &Session) -> String {
         let machine = &session.machine;
         let zero = vec![0.0; machine.axes.len()];
-        let tool = machine.tool_direction();
-        let goes: Vec<String> =
-            self.axes.iter().map(|&axis| sense_in_words(machine, axis, &zero, tool.as_ref())).collect();
+        let goes: Vec<String> = self.axes.iter().map(|&axis| sense_in_words(machine, axis, &zero)).collect();
         let each = if self.axes.len() > 1 { "each of " } else { "" };
         let look = format!("move {each}{} a little in + and see: {}", self.named(machine), goes.join("; "));
         match &self.test {

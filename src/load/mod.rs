@@ -5,6 +5,7 @@ mod checked_text;
 mod claim;
 mod instrument;
 mod kit;
+mod links;
 mod machine_file;
 mod mesh;
 mod moment;

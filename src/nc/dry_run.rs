@@ -1,7 +1,5 @@
 //! The dry run of a plan: the sense of every axis, then all runs at reduced feed, the bar left off. Programs of tests are `test_steps`'s.
 
-use nalgebra::Vector3;
-
 use super::coordinates::Coordinates;
 use super::run::run;
 use super::setup_words::{park_words, pivot_words};
@@ -17,13 +15,7 @@ const REDUCED: f64 = 0.5;
 /// Steps of a whole plan without the bar; `tool` is the direction in which the tool looks at zero, where it is known.
 ///
 /// The motions are those of the tests, certified with them; the little moves were certified where they were chosen.
-pub fn dry_run_steps(
-    machine: &Machine,
-    plan: &Plan,
-    tool: Option<&Vector3<f64>>,
-    coordinates: &Coordinates,
-    curves: Curves,
-) -> Vec<Step> {
+pub fn dry_run_steps(machine: &Machine, plan: &Plan, coordinates: &Coordinates, curves: Curves) -> Vec<Step> {
     let Some(first) = plan.tests.first() else { return Vec::new() };
     let mut steps = vec![
         Step::Say("dry run: the bar stays off all the way".into()),
@@ -32,7 +24,7 @@ pub fn dry_run_steps(
     ];
     steps.extend(to_park(machine, first, coordinates));
     for (index, little) in plan.little_moves.iter().enumerate() {
-        steps.extend(sense(machine, first, little, tool, coordinates, index));
+        steps.extend(sense(machine, first, little, coordinates, index));
     }
     let mut parked = &first.approach.park;
     for planned in &plan.tests {
@@ -67,13 +59,8 @@ fn to_park(machine: &Machine, planned: &PlannedTest, coordinates: &Coordinates) 
 }
 
 /// What an operator must see, and what it means when it is not seen.
-pub fn little_words(
-    machine: &Machine,
-    planned: &PlannedTest,
-    little: &LittleMove,
-    tool: Option<&Vector3<f64>>,
-) -> String {
-    let sense = sense_in_words(machine, little.axis, &planned.approach.park, tool);
+pub fn little_words(machine: &Machine, planned: &PlannedTest, little: &LittleMove) -> String {
+    let sense = sense_in_words(machine, little.axis, &planned.approach.park);
     format!("{sense}; if not, stop: the machine file states another sense")
 }
 
@@ -82,7 +69,6 @@ fn sense(
     machine: &Machine,
     planned: &PlannedTest,
     little: &LittleMove,
-    tool: Option<&Vector3<f64>>,
     coordinates: &Coordinates,
     index: usize,
 ) -> Vec<Step> {
@@ -99,7 +85,7 @@ fn sense(
         steps.push(Step::Say(format!("{name} first a little the other way: it stands at its upper end")));
         steps.push(to(little.from));
     }
-    steps.push(Step::Stop(format!("{} {}", index + 1, little_words(machine, planned, little, tool))));
+    steps.push(Step::Stop(format!("{} {}", index + 1, little_words(machine, planned, little))));
     steps.push(to(little.to));
     if little.to != park[little.axis] {
         steps.push(Step::Stop(format!("{name} seen and ticked on the sheet, next back to park")));

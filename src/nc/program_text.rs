@@ -1,7 +1,5 @@
 //! The text of a program in a control's language: head, steps, end.
 
-use nalgebra::Vector3;
-
 use super::coordinates::Coordinates;
 use super::dialect::{Dialect, Title};
 use super::dry_run::dry_run_steps;
@@ -23,17 +21,10 @@ pub fn program(machine: &Machine, planned: &PlannedTest, zero: &[String], dialec
     write(&Title { name, number }, &head, &steps, &coordinates, dialect)
 }
 
-/// The program that goes through a whole plan without the bar; `tool` is the direction in which the tool looks at zero,
-/// where it is known, `zero` as [`program`].
-pub fn dry_run_program(
-    machine: &Machine,
-    plan: &Plan,
-    tool: Option<&Vector3<f64>>,
-    zero: &[String],
-    dialect: Dialect,
-) -> String {
+/// The program that goes through a whole plan without the bar; `zero` as [`program`].
+pub fn dry_run_program(machine: &Machine, plan: &Plan, zero: &[String], dialect: Dialect) -> String {
     let coordinates = dialect.coordinates(machine);
-    let steps = dry_run_steps(machine, plan, tool, &coordinates, dialect.curves());
+    let steps = dry_run_steps(machine, plan, &coordinates, dialect.curves());
     let head = dry_run_head(machine, zero, dialect, &coordinates);
     write(&Title { name: "DRY_RUN".into(), number: FIRST_NUMBER }, &head, &steps, &coordinates, dialect)
 }

@@ -14,7 +14,6 @@ use fiveaxis::report::check::{
 use fiveaxis::report::meetings::BodyPairs;
 use fiveaxis::session::{Session, Setups};
 use fiveaxis::simulate::{component_errors_of, simulate};
-use nalgebra::Vector3;
 
 use super::Refusal;
 use super::output::{print, print_json, settle};
@@ -71,7 +70,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Refusal> {
     if let Some(at) = &arguments.at {
         placements.push(placement(&machine, positions_from_text(at, &machine)?));
     }
-    let senses = senses(&machine, machine.tool_direction().as_ref());
+    let senses = senses(&machine);
     if arguments.json {
         let value = check_json(&machine, &senses, &placements, session.as_ref(), pairs.as_ref());
         print_json(&value)
@@ -81,11 +80,11 @@ pub fn run(arguments: &Arguments) -> Result<(), Refusal> {
 }
 
 /// Every axis's sense in words with all axes at zero; both readings where the file states none.
-fn senses(machine: &Machine, tool: Option<&Vector3<f64>>) -> Senses {
+fn senses(machine: &Machine) -> Senses {
     let zero = vec![0.0; machine.axes.len()];
     let of = |directions: Directions| {
         let machine = Machine { directions: Some(directions), ..machine.clone() };
-        (0..machine.axes.len()).map(|axis| sense_in_words(&machine, axis, &zero, tool)).collect()
+        (0..machine.axes.len()).map(|axis| sense_in_words(&machine, axis, &zero)).collect()
     };
     match machine.directions {
         Some(directions) => Senses { as_read: of(directions), else_iso841: Vec::new() },

@@ -9,6 +9,19 @@ use crate::units::{Measure, parse_quantity, shown};
 /// How far the squared norm of a normalised vector can be from 1 by rounding.
 const UNIT_TO_ROUNDING: f64 = 8.0 * f64::EPSILON;
 
+/// Largest extent of anything in a machine file, mm.
+const MAX_EXTENT_MM: f64 = 1e6;
+
+/// A point in R, mm.
+pub(crate) fn point(document: &Document, place: &[Step], value: &[f64; 3]) -> Result<Vector3<f64>, LoadError> {
+    for &component in value {
+        if finite(document, place, component)?.abs() > MAX_EXTENT_MM {
+            return Err(document.refuse(place, format!("{} mm is beyond {MAX_EXTENT_MM} mm", shown(component))));
+        }
+    }
+    Ok(Vector3::from(*value))
+}
+
 /// A vector made unit length; one of no length is refused.
 pub(crate) fn unit_vector(
     document: &Document,

@@ -6,14 +6,14 @@ use nalgebra::{Matrix3, Vector3};
 use serde::Deserialize;
 
 use super::machine::{is_urdf, load_machine_with_links};
-use super::spindle::{known_link, point};
 use crate::bodies::{Bodies, Body, Mount, Outline, Solid, frame_along};
 use crate::chain::{Chain, Pose};
 use crate::load::checked_text::document::{Document, Step};
 use crate::load::checked_text::limits::{HULL_POINTS, MESHES, MOUNTS, SOLIDS, YAML_BYTES};
 use crate::load::checked_text::message::{LoadError, did_you_mean};
-use crate::load::checked_text::quantity::finite;
+use crate::load::checked_text::quantity::{finite, point};
 use crate::load::checked_text::text::read_limited;
+use crate::load::links::known_link;
 use crate::load::mesh::{MeshUse, Meshes, machine_size_mm};
 use crate::load::urdf::{LinkChoice, bodies_from_urdf, ends_from_urdf, mesh_names};
 use crate::machine::Machine;

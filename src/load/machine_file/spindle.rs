@@ -5,13 +5,10 @@ use serde::Deserialize;
 
 use crate::chain::Chain;
 use crate::load::checked_text::document::{Document, Step};
-use crate::load::checked_text::message::{LoadError, did_you_mean};
-use crate::load::checked_text::quantity::{finite, unit_vector};
+use crate::load::checked_text::message::LoadError;
+use crate::load::checked_text::quantity::{point, unit_vector};
+use crate::load::links::known_link;
 use crate::machine::{Machine, SpindleSide};
-use crate::units::shown;
-
-/// Largest extent of anything in a machine file, mm.
-const MAX_EXTENT_MM: f64 = 1e6;
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -36,24 +33,4 @@ pub(crate) fn spindle(document: &Document, machine: &Machine, raw: &SpindleFile)
         return Err(document.refuse(&at("nose"), "the nose lies behind the spindle ball; gauge_length is above zero"));
     }
     Ok(SpindleSide { link, nose, direction, gauge_length_mm })
-}
-
-/// Refuses a link that the machine has not.
-pub(crate) fn known_link(document: &Document, chain: &Chain, place: &[Step], name: &str) -> Result<(), LoadError> {
-    if chain.link(name).is_some() {
-        return Ok(());
-    }
-    let known = chain.link_names();
-    let hint = did_you_mean(name, &known);
-    Err(document.refuse(place, format!("no link is called '{name}'{hint} (links: {})", known.join(" "))))
-}
-
-/// A point in R, mm.
-pub(crate) fn point(document: &Document, place: &[Step], value: &[f64; 3]) -> Result<Vector3<f64>, LoadError> {
-    for &component in value {
-        if finite(document, place, component)?.abs() > MAX_EXTENT_MM {
-            return Err(document.refuse(place, format!("{} mm is beyond {MAX_EXTENT_MM} mm", shown(component))));
-        }
-    }
-    Ok(Vector3::from(*value))
 }

@@ -6,8 +6,9 @@ use super::recordings::RecordingReader;
 use super::test_file::BallFile;
 use crate::chain::Chain;
 use crate::load::checked_text::document::{Document, Step};
-use crate::load::checked_text::message::{LoadError, did_you_mean};
+use crate::load::checked_text::message::LoadError;
 use crate::load::checked_text::quantity::{finite, positive_length};
+use crate::load::links::known_link;
 use crate::load::range::outside_range;
 use crate::machine::Machine;
 use crate::readings::Kind;
@@ -48,13 +49,7 @@ impl TestReader<'_> {
         for value in raw.at {
             finite(self.document, &place, value)?;
         }
-        if self.chain.link(&raw.link).is_none() {
-            let known = self.chain.link_names();
-            let hint = did_you_mean(&raw.link, &known);
-            return Err(self
-                .document
-                .refuse(&place, format!("no link is called '{}'{hint} (links: {})", raw.link, known.join(" "))));
-        }
+        known_link(self.document, self.chain, &place, &raw.link)?;
         let indexed_about = match raw.indexed_about.as_deref() {
             None => None,
             Some(_) if key == "pivot" => {

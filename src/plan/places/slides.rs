@@ -67,7 +67,7 @@ pub(crate) fn arc_within(
     (from, to): (f64, f64),
     shortest_deg: f64,
 ) -> Option<(f64, f64)> {
-    let linear: Vec<usize> = (0..middle.len()).filter(|&k| machine.axes[k].kind == AxisKind::Linear).collect();
+    let linear: Vec<usize> = machine.axes_of(AxisKind::Linear).collect();
     let limits = |k: usize| machine.axes[k].range.unwrap_or((f64::NEG_INFINITY, f64::INFINITY));
     let always = linear.iter().all(|&k| {
         let (low, high) = limits(k);

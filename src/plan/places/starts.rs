@@ -15,7 +15,7 @@ pub(crate) fn static_positions(machine: &Machine, chain: &Chain, axis: usize, av
     let near_zero = |k: usize| machine.axes[k].near_zero();
     let mut starts = vec![(0..machine.axes.len()).map(near_zero).collect::<Vec<f64>>()];
     let branch = chain.carried_by(axis).branch;
-    for other in (0..machine.axes.len()).filter(|&k| k != axis && machine.axes[k].kind == AxisKind::Rotary) {
+    for other in machine.axes_of(AxisKind::Rotary).filter(|&k| k != axis) {
         if chain.carried_by(other).branch != branch {
             continue;
         }

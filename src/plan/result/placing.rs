@@ -65,7 +65,7 @@ fn jog(machine: &Machine, test: &Test) -> Option<Vec<f64>> {
     let links = test.links(&chain).ok()?;
     let gap = |q: &[f64]| -test.bar(&geometry, links, q);
     let mut q: Vec<f64> = machine.axes.iter().map(|axis| axis.near_zero()).collect();
-    let linear: Vec<usize> = (0..q.len()).filter(|&k| machine.axes[k].kind == AxisKind::Linear).collect();
+    let linear: Vec<usize> = machine.axes_of(AxisKind::Linear).collect();
     let here = gap(&q);
     let ways = DMatrix::from_fn(3, linear.len(), |row, column| {
         let mut moved = q.clone();

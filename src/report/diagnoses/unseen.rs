@@ -34,8 +34,7 @@ pub fn cures<'j>(session: &Session, json: &'j DiagnosisJson) -> Vec<Cure<'j>> {
             senses.iter().any(|(_, blind)| blind.components.iter().any(|name| *name == machine.axes[*axis].name))
         };
         let open = (0..machine.axes.len()).filter(is_open);
-        let looks: Vec<String> =
-            open.map(|axis| sense_in_words(machine, axis, &zero, machine.tool_direction().as_ref())).collect();
+        let looks: Vec<String> = open.map(|axis| sense_in_words(machine, axis, &zero)).collect();
         list.push(Cure {
             says: format!("move each a little in + and look: {}", looks.join("; ")),
             minutes: None,

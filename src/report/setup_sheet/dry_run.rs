@@ -20,9 +20,8 @@ pub(super) fn dry_run(out: &mut String, sheet: &Sheet) {
         "<h2>Before the first test: dry run</h2><p>{}</p><p>{HOW}</p><table class=\"wide\">",
         escape(&sheet.dry_runs.join(", "))
     );
-    let tool = sheet.machine.tool_direction();
     for little in &sheet.plan.little_moves {
-        let words = little_words(sheet.machine, first, little, tool.as_ref());
+        let words = little_words(sheet.machine, first, little);
         let _ = write!(out, "<tr><td><span class=\"tick\"></span> {}</td></tr>", escape(&words));
     }
     let _ = write!(out, "</table><p>{THEN}</p>");

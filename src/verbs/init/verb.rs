@@ -38,9 +38,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Refusal> {
     let mut meetings = world.meetings_at_zero(machine);
     meetings.extend(world.meetings_by_one_axis(machine));
     let zero = vec![0.0; machine.axes.len()];
-    let tool = machine.tool_direction();
-    let senses: Vec<String> =
-        (0..machine.axes.len()).map(|axis| sense_in_words(machine, axis, &zero, tool.as_ref())).collect();
+    let senses: Vec<String> = (0..machine.axes.len()).map(|axis| sense_in_words(machine, axis, &zero)).collect();
     if arguments.json {
         return print_json(&json!({
             "file": arguments.file.display().to_string(),

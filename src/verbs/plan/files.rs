@@ -75,9 +75,8 @@ pub fn planned_files(folder: &Path, machine_file: &Path, planned: &Planned) -> R
             output.add(name.clone(), program(machine, test, &zero, *dialect));
         }
     }
-    let tool = machine.tool_direction();
     for (&(dialect, _), name) in dialects.iter().zip(&dry_runs) {
-        output.add(name.clone(), dry_run_program(machine, plan, tool.as_ref(), &zero, dialect));
+        output.add(name.clone(), dry_run_program(machine, plan, &zero, dialect));
     }
     let session = Session {
         name: format!("{}, planned", machine.name),

@@ -32,6 +32,14 @@ impl End {
         }
     }
 
+    /// Name in sentences.
+    pub(crate) fn words(self) -> &'static str {
+        match self {
+            End::Pivot => "pivot",
+            End::Spindle => "spindle ball",
+        }
+    }
+
     /// The end that answers name so.
     pub(crate) fn named(name: &str) -> Option<End> {
         [End::Pivot, End::Spindle].into_iter().find(|end| end.place() == name)
@@ -66,6 +74,13 @@ impl End {
             End::Pivot => &mut test.pivot,
             End::Spindle => &mut test.spindle_ball,
         }
+    }
+
+    /// Has the ball of a test a setup of its own, and another spread where one is given.
+    pub(crate) fn mount_anew(self, test: &mut Test, setup: String, spread_mm: Option<f64>) {
+        let ball = self.of_mut(test);
+        ball.setup = Some(setup);
+        ball.spread_mm = spread_mm.or(ball.spread_mm);
     }
 
     fn other(self) -> End {

@@ -29,9 +29,7 @@ pub(crate) fn foreign(session: &Session, tests: &[usize]) -> Vec<Suspicion> {
         let mut undone = session.clone();
         for &test in tests {
             for end in [End::Pivot, End::Spindle] {
-                let ball = end.of_mut(&mut undone.tests[test]);
-                ball.setup = Some("not of the others".into());
-                ball.spread_mm = spread_mm.or(ball.spread_mm);
+                end.mount_anew(&mut undone.tests[test], "not of the others".into(), spread_mm);
             }
         }
         let found = Suspicion::new(FaultKind::ForeignFile, SESSION, names.clone(), says.clone(), undone);

@@ -59,7 +59,7 @@ pub(crate) fn told_sizes(place: &Vector3<f64>, stated: &Vector3<f64>) -> Detail 
 
 /// A ball as the session states it.
 pub(crate) fn ball_words(end: End, ball: &Ball) -> String {
-    let name = if end == End::Pivot { "pivot" } else { "spindle ball" };
+    let name = end.words();
     format!("{name} on {} at ({}, {}, {})", ball.link, ball.at.x, ball.at.y, ball.at.z)
 }
 

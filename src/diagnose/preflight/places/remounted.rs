@@ -18,8 +18,11 @@ pub(crate) fn mounted_anew(session: &Session, one_way: &[Vec<usize>]) -> Vec<Sus
     let mut list = Vec::new();
     // as near to its place as stated, or anywhere that a cup is put
     let spreads = [None, Some(FOREIGN_MM)];
+    // the first run of a program stands for it
+    let firsts: Vec<usize> =
+        (0..session.tests.len()).map(|test| repeats(session, test).first().copied().unwrap_or(test)).collect();
     for end in [End::Pivot, End::Spindle] {
-        let ball = if end == End::Pivot { "pivot" } else { "spindle ball" };
+        let ball = end.words();
         // the runs that rise: of those that fall the others are the ones mounted anew
         if let Some(tests) = one_way.first() {
             let says = format!(
@@ -30,8 +33,6 @@ pub(crate) fn mounted_anew(session: &Session, one_way: &[Vec<usize>]) -> Vec<Sus
             let guesses = spreads.map(|spread| remounted(session, end, (tests, &says, "one way"), spread, group));
             list.extend(guesses.into_iter().flatten());
         }
-        let firsts: Vec<usize> =
-            (0..session.tests.len()).map(|test| repeats(session, test).first().copied().unwrap_or(test)).collect();
         let says = format!(
             "the {ball} stood elsewhere in every program: it was mounted anew for each; state a 'setup' of its own of it in each program"
         );
@@ -52,10 +53,9 @@ fn remounted(
 ) -> Option<Suspicion> {
     let mut undone = session.clone();
     for (index, test) in undone.tests.iter_mut().enumerate() {
-        let ball = end.of_mut(test);
-        let own = ball.setup.take().unwrap_or_default();
-        ball.setup = Some(format!("{own} mounted for {}", group(index)));
-        ball.spread_mm = spread_mm.or(ball.spread_mm);
+        let own = end.of(test).setup.as_deref().unwrap_or_default();
+        let setup = format!("{own} mounted for {}", group(index));
+        end.mount_anew(test, setup, spread_mm);
     }
     let setups = |session: &Session| {
         let setups = Setups::of(session);

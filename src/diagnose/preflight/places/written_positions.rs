@@ -35,9 +35,7 @@ pub(crate) fn positions_written_otherwise(session: &Session, programs: &[Vec<usi
 /// Every axis that stands somewhere beside zero, and all of one kind together: one hand wrote them.
 fn axes_together(session: &Session) -> Vec<Vec<usize>> {
     let stands = |axis: &usize| session.tests.iter().any(|test| stands_beside_zero(test, *axis));
-    let of_kind = |kind: AxisKind| -> Vec<usize> {
-        (0..session.machine.axes.len()).filter(|&axis| session.machine.axes[axis].kind == kind).filter(stands).collect()
-    };
+    let of_kind = |kind: AxisKind| -> Vec<usize> { session.machine.axes_of(kind).filter(stands).collect() };
     let (linear, rotary) = (of_kind(AxisKind::Linear), of_kind(AxisKind::Rotary));
     let each = linear.iter().chain(&rotary).map(|&axis| vec![axis]);
     each.chain([&linear, &rotary].into_iter().filter(|axes| axes.len() > 1).cloned()).collect()
