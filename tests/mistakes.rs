@@ -508,6 +508,24 @@ const CASES: &[Case] = &[
         due: Named(&["files-exchanged"], "each with its repeats"),
     },
     Case {
+        name: "files of a slow and a fast program exchanged",
+        make: |f| {
+            edit_rows(f, "c-side", |rows| rows.iter_mut().for_each(|row| row[0] *= 2.0));
+            edit_tests(f, "c-side", "feed: 500", "feed: 250");
+            exchange(f, "c-short-ccw.csv", "c-side-ccw.csv");
+            exchange(f, "c-short-cw.csv", "c-side-cw.csv");
+        },
+        due: Named(
+            &["files-exchanged"],
+            "c-short-ccw and c-side-ccw ran at each other's stated feed, as in 1 further pair",
+        ),
+    },
+    Case {
+        name: "positions in whole degrees",
+        make: |f| edit_rows(f, "a-short", |rows| rows.iter_mut().for_each(|row| row[1] = row[1].round())),
+        due: Named(&["values-rounded"], "A"),
+    },
+    Case {
         name: "deviations of a program of the wrong sign",
         make: |f| edit_lengths(f, "c-side", |_, length| 200.0 - length),
         due: Named(&["reading-sign"], "c-side"),

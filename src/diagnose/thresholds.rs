@@ -95,7 +95,7 @@ thresholds! {
     free_margin = 1.3, off 1.0, "ratio of χ²":
         "by which a free curve must explain more than the best named form";
     explains_most = 0.5, off 0.0, "share":
-        "of what is more than noise that a wrong pairing of one test, or findings where the folds call them otherwise, must explain";
+        "of what is more than noise that a wrong pairing of one test, or findings where the folds call them otherwise, must explain; and of what findings take off all readings that they must take off those held out, or no more than this share is claimed";
     tie = 3.0, off 0.0, "log odds":
         "within which candidates count as equal, so that the customary name decides";
     free_tie = 10.0, off 0.0, "log odds":

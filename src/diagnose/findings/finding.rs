@@ -1,6 +1,7 @@
 //! A finding: what acts where, how large and how surely, and the test that would settle it. It works nothing out.
 
 use crate::diagnose::cause::Cause;
+use crate::effects::{Signature, is_a};
 use crate::machine::{Effect, Outlet};
 
 /// One finding.
@@ -34,6 +35,11 @@ const THERE_AND_BACK: f64 = 0.2;
 const LEAST_SHARE_OF_A_RIVAL: f64 = 0.5;
 
 impl Finding {
+    /// Whether readings held out cannot prove it: neither the moment of an event nor the phase of a vibration is to be predicted.
+    pub(crate) fn escapes(&self) -> bool {
+        self.single || is_a(&self.cause.effect, Signature::Oscillation)
+    }
+
     /// Effects whose form is told: none where the place stands and the form does not.
     pub fn told_effects(&self) -> &[Effect] {
         match self.effects.first() {

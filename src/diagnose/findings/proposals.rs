@@ -163,7 +163,7 @@ fn following(session: &Session, mount: &Test, ends: f64, list: &mut Vec<Proposal
         for (follow, words) in
             [(Follow::Tangential, "tangentially"), (Follow::Radial, "radially"), (Follow::Axial, "axially")]
         {
-            let sweep = |from, to| Path::Sweep { axis, from, to, step: STEP_DEG, follow };
+            let sweep = |from, to| Path::Sweep { axis, from, to, step: STEP_DEG, follow, length_mm: None };
             let says = format!(
                 "{} swept both ways with the linear axes following {words}, {}",
                 entry.name,
@@ -178,7 +178,7 @@ fn following(session: &Session, mount: &Test, ends: f64, list: &mut Vec<Proposal
 fn circles(session: &Session, mount: &Test, ends: f64, list: &mut Vec<Proposal>) {
     let machine = &session.machine;
     let linear: Vec<usize> = machine.axes_of(AxisKind::Linear).collect();
-    let radius_mm = mount.bar_length_mm.map_or(100.0, f64::round);
+    let radius_mm = mount.nominal_bar_mm();
     for (index, &first) in linear.iter().enumerate() {
         for &second in &linear[index + 1..] {
             let circle = |from, to| {

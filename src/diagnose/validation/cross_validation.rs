@@ -47,6 +47,12 @@ impl CrossValidation {
         self.findings.get(index).is_some_and(|held_out| !held_out.passed)
     }
 
+    /// Share of what the findings take off the mean square of all readings, µm before and after, that they take off readings held out.
+    pub fn carried_over(&self, before_um: f64, after_um: f64) -> f64 {
+        let taken_off = |before: f64, after: f64| 1.0 - (after / before).powi(2);
+        taken_off(self.before_um, self.after_um) / taken_off(before_um, after_um)
+    }
+
     /// Whether held-out readings lose most of what is more than noise, whatever the folds called it.
     pub fn predicts(&self, noise_um: f64, thresholds: &Thresholds) -> bool {
         let beyond = |um: f64| um.powi(2) - noise_um.powi(2);

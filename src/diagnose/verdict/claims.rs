@@ -55,10 +55,9 @@ pub(crate) fn verdict(
     }
     // where no noise is known nothing shows that all is explained
     let is_noise = noise_um.is_some_and(|noise_um| rms_after_um <= thresholds.explained * noise_um);
-    // forms that bend to the readings predict others badly; neither the phase of a vibration nor the moment of an event is
-    // to be predicted
-    let escapes = findings.iter().any(|finding| is_a(&finding.cause.effect, Signature::Oscillation) || finding.single);
-    let predicts = escapes || proof.is_none_or(|proof| proof.after_um <= thresholds.predicted * rms_after_um);
+    // forms that bend to the readings predict others badly
+    let predicts = findings.iter().any(Finding::escapes)
+        || proof.is_none_or(|proof| proof.after_um <= thresholds.predicted * rms_after_um);
     match is_noise && predicts {
         true => Verdict::Explained,
         false => Verdict::PartlyExplained,
@@ -92,17 +91,35 @@ fn claimed(cause: &Cause, probability: f64) -> f64 {
         }
 }
 
-/// Claims no more of each cause than is proven, and leaves a part to causes that no candidate describes; `carries` says of each
-/// whether it holds in the tests it was not learnt from, `other` the set that was not taken.
-pub(crate) fn temper(
-    thresholds: &Thresholds,
-    findings: &mut [Finding],
-    verdict: Verdict,
-    has_sweeps: bool,
-    proof: Option<&CrossValidation>,
-    carries: &[bool],
-    other: Option<&OtherSet>,
-) {
+/// What is known of findings beside what each gains.
+pub(crate) struct Proven<'p> {
+    pub(crate) verdict: Verdict,
+    pub(crate) has_sweeps: bool,
+    /// Rms of all readings without and with the findings, µm.
+    pub(crate) rms_um: (f64, f64),
+    pub(crate) proof: Option<&'p CrossValidation>,
+    /// Of each finding, whether it holds in the tests it was not learnt from.
+    pub(crate) carries: &'p [bool],
+    /// The set that was not taken.
+    pub(crate) other: Option<&'p OtherSet>,
+}
+
+impl Proven<'_> {
+    /// Most that may be claimed of the first finding by what it predicts: a form that bends to the readings which it is fitted to, and
+    /// takes most of that off no others, is the right one no more often than it predicts.
+    fn most_predicted(&self, thresholds: &Thresholds, first: &Finding) -> f64 {
+        let (before_um, after_um) = self.rms_um;
+        let share = self.proof.filter(|_| !first.escapes()).map(|proof| proof.carried_over(before_um, after_um));
+        share.filter(|share| *share < thresholds.explains_most).map_or(1.0, |share| share.max(0.0))
+    }
+}
+
+/// Claims no more of each cause than is proven, and leaves a part to causes that no candidate describes.
+pub(crate) fn temper(thresholds: &Thresholds, findings: &mut [Finding], proven: &Proven) {
+    let Proven { verdict, has_sweeps, proof, carries, other, .. } = *proven;
+    if let Some(first) = findings.first_mut() {
+        first.probability = first.probability.min(proven.most_predicted(thresholds, first));
+    }
     let goes_back: Vec<bool> =
         findings.iter().map(|one| findings.iter().any(|other| one.is_undone_by(other))).collect();
     let jumps = findings.iter().filter(|finding| finding.single).count();

@@ -1,6 +1,6 @@
 //! What a diagnosis says: verdict, findings, residuals before and after. It works nothing out.
 
-use super::claims::{Verdict, tell_likeliest, temper, verdict};
+use super::claims::{Proven, Verdict, tell_likeliest, temper, verdict};
 use super::explanation::Explanation;
 use super::location_errors::{Moved, moved, strained_beside};
 use super::shares::{ShareOfReadings, shares_of_readings};
@@ -100,6 +100,15 @@ const EVEN: f64 = 0.5;
 /// Probability of a mistake in the files up to which numbers stay determined: they are stated with two σ.
 const MOST_DOUBT: f64 = 0.05;
 
+/// Rms of all readings that take part, before and after, µm.
+fn rms_um(tests: &[TestBeforeAfter]) -> (f64, f64) {
+    let pooled = |of: fn(&TestBeforeAfter) -> &[f64]| {
+        let kept = tests.iter().flat_map(|test| of(test).iter().zip(&test.kept).filter(|(_, kept)| **kept));
+        1e3 * rms(kept.map(|(value, _)| *value))
+    };
+    (pooled(|test| &test.before_mm), pooled(|test| &test.after_mm))
+}
+
 impl Diagnosis {
     /// Diagnosis of a session whose recordings cannot be true as they stand: the mistake in them, where one is known
     /// that undoes it. Nothing is fitted.
@@ -137,13 +146,9 @@ impl Diagnosis {
         let left = is_static.then(|| Left::of(fine, &Poses::of(fine), &left_mm)).flatten();
         let noise_um = if is_static { left.map(|left| left.readings_um) } else { Some(1e3 * noise_mm) };
         let tests = before_and_after(fit, left_mm);
-        let pooled = |of: fn(&TestBeforeAfter) -> &[f64]| {
-            let kept = tests.iter().flat_map(|test| of(test).iter().zip(&test.kept).filter(|(_, kept)| **kept));
-            1e3 * rms(kept.map(|(value, _)| *value))
-        };
         let (rms_before_um, rms_after_um) = match &fault {
             Some(fault) if fault.after_um.is_finite() => (fault.before_um, fault.after_um),
-            _ => (pooled(|test| &test.before_mm), pooled(|test| &test.after_mm)),
+            _ => rms_um(&tests),
         };
         tell_likeliest(&mut findings);
         let exceeded_um = exceeded_repeats_um(fine.context.session(), fit, rms_after_um);
@@ -159,7 +164,15 @@ impl Diagnosis {
         let verdict =
             if verdict == Verdict::Explained && strained.is_some() { Verdict::PartlyExplained } else { verdict };
         let carries: Vec<bool> = transfers.iter().map(|one| one.as_ref().is_none_or(LeftOutSetup::is_right)).collect();
-        temper(&fine.thresholds, &mut findings, verdict, !is_static, proof.as_ref(), &carries, search.other.as_ref());
+        let proven = Proven {
+            verdict,
+            has_sweeps: !is_static,
+            rms_um: (rms_before_um, rms_after_um),
+            proof: proof.as_ref(),
+            carries: &carries,
+            other: search.other.as_ref(),
+        };
+        temper(&fine.thresholds, &mut findings, &proven);
         // a cause that stays open may be none of those known: what it moves is not determined
         let is_open = findings.iter().any(|finding| finding.probability < EVEN);
         location_errors.iter_mut().for_each(|moved| moved.determined &= !(is_open && moved.is_moved()));

@@ -16,7 +16,7 @@ use crate::diagnose::selection::selected::{Candidate, Floors, Resolutions, Searc
 use crate::diagnose::validation::cross_validation::{CrossValidation, HeldOut, prove};
 use crate::diagnose::verdict::recurring::tell_as_one;
 use crate::effects::CandidateFamily;
-use crate::effects::{Signature, UNKNOWN, is_a};
+use crate::effects::UNKNOWN;
 
 /// What a search found, fitted on all rows and worded.
 pub(crate) struct Explanation<'g, 'a> {
@@ -132,7 +132,7 @@ fn confirm<'g, 'a>(
     }
     drop_columns(fine, families, search, told, &mut proof, &dropped);
     if proof.after_um > proof.before_um && !told.findings.is_empty() {
-        let failed = |k: usize| proof.has_failed(k) && !escapes(&told.findings[k]);
+        let failed = |k: usize| proof.has_failed(k) && !told.findings[k].escapes();
         let others: Vec<usize> = (1..told.findings.len()).filter(|&k| failed(k)).collect();
         let others: Vec<usize> = others.into_iter().flat_map(|k| told.findings[k].columns.clone()).collect();
         if failed(0) {
@@ -155,11 +155,6 @@ fn without_refuted<'g, 'a>(
     let columns: Vec<usize> = refuted.flat_map(|(finding, _)| finding.columns.clone()).collect();
     drop_columns(fine, families, search, told, &mut proof, &columns);
     proof
-}
-
-/// Neither the moment of an event nor the phase of a vibration is to be predicted.
-fn escapes(finding: &Finding) -> bool {
-    finding.single || is_a(&finding.cause.effect, Signature::Oscillation)
 }
 
 /// Takes back the form by which a finding is told, now and when it is told anew.
@@ -251,7 +246,7 @@ fn listen<'g, 'a>(
     // the place is right, but its form alone tells held-out readings worse than no form
     let misleads = scatter.is_some()
         && told.findings.len() == 1
-        && !escapes(&told.findings[0])
+        && !told.findings[0].escapes()
         && proof.as_ref().is_some_and(|proof| proof.after_um > proof.before_um);
     if is_there(fine.thresholds.form_unknown) || are_no_jumps || misleads {
         let loud = is_louder(told, fine.thresholds.surely_more);

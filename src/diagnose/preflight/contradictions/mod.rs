@@ -30,6 +30,8 @@ pub(crate) fn contradiction(session: &Session) -> Option<DataFault> {
         .or_else(|| standstill::standing(session))
         .or_else(|| standstill::stuck(session))
         .or_else(|| straight::drawn(session))
+        // a slow run takes longer than the fast one in whose place it stands
+        .or_else(|| times::at_other_feeds(session))
         .or_else(|| times::overlapping(session))
         .or_else(|| lacking(session))
 }

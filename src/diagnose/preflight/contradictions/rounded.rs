@@ -132,13 +132,18 @@ fn coarse<'s>(
 ) -> Option<Coarse<'s>> {
     let axis = recording.axes[column];
     let kind = session.machine.axes[axis].kind;
-    let values: Vec<f64> = recording.positions[column].iter().map(|value| kind.to_file_unit(*value)).collect();
-    let step =
-        step_of(|| values.iter().copied()).filter(|step| *step >= COARSE_POSITION && is_uneven(&values, *step))?;
+    let step = rounded_step(session, recording, column)?;
     // rounding errs evenly over a step
     let off = kind.from_file_unit(step) / 12f64.sqrt();
     let moves_um = 1e3 * off * change_per(session, chain, test, axis)?;
     (moves_um > WORTH_UM).then_some(Coarse { test, axis, step, moves_um })
+}
+
+/// Step of a column that lies on a coarse grid and moves unevenly on it, mm or degrees.
+pub(super) fn rounded_step(session: &Session, recording: &Recording, column: usize) -> Option<f64> {
+    let kind = session.machine.axes[recording.axes[column]].kind;
+    let values: Vec<f64> = recording.positions[column].iter().map(|value| kind.to_file_unit(*value)).collect();
+    step_of(|| values.iter().copied()).filter(|step| *step >= COARSE_POSITION && is_uneven(&values, *step))
 }
 
 /// Whether a column on a grid moves unevenly: third differences of even and of smooth motion are nothing.

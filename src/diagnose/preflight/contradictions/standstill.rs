@@ -4,6 +4,7 @@ use std::cell::OnceCell;
 use std::f64::consts::LN_2;
 use std::ops::Range;
 
+use super::rounded::rounded_step;
 use super::same_rows::is_read;
 use super::straight::longest_run;
 use crate::diagnose::fault_kind::FaultKind;
@@ -44,12 +45,7 @@ pub(super) fn standing(session: &Session) -> Option<DataFault> {
         let recording = test.recording.as_ref()?;
         let (from, to, share) = standing_rows(recording)?;
         if share > DOUBLED {
-            let says = format!(
-                "nothing moves in {:.0} % of the rows of {}: rows stand twice, or lengths were read more often than positions; keep one row for each position",
-                100.0 * share,
-                test.name
-            );
-            return Some(DataFault::seen(FaultKind::DoubledRows, RECORDER, vec![test.name.clone()], says));
+            return Some(doubled_or_rounded(session, test, recording, share));
         }
         if to + 1 - from < STANDING_ROWS {
             return None;
@@ -62,6 +58,36 @@ pub(super) fn standing(session: &Session) -> Option<DataFault> {
         );
         Some(DataFault::seen(FaultKind::Dwell, RECORDER, vec![test.name.clone()], says))
     })
+}
+
+/// Rows that stand several times, each as often as the others, or positions on a coarse grid, of which some have more rows than others.
+fn doubled_or_rounded(session: &Session, test: &Test, recording: &Recording, share: f64) -> DataFault {
+    let seen = format!("nothing moves in {:.0} % of the rows of {}", 100.0 * share, test.name);
+    let rounded = (0..recording.axes.len())
+        .filter(|&column| is_repeated_unevenly(&recording.positions[column]))
+        .find_map(|column| Some((recording.axes[column], rounded_step(session, recording, column)?)));
+    let (kind, says) = match rounded {
+        Some((axis, step)) => {
+            let axis = &session.machine.axes[axis];
+            let (name, unit) = (&axis.name, axis.kind.position_unit());
+            let says =
+                format!("{seen}: positions of {name} were rounded to {step} {unit}; export them with all their digits");
+            (FaultKind::ValuesRounded, says)
+        }
+        None => {
+            let says = format!(
+                "{seen}: rows stand twice, or lengths were read more often than positions; keep one row for each position"
+            );
+            (FaultKind::DoubledRows, says)
+        }
+    };
+    DataFault::seen(kind, RECORDER, vec![test.name.clone()], says)
+}
+
+/// Whether equal values follow each other now more, now less often, the ends aside.
+fn is_repeated_unevenly(column: &[f64]) -> bool {
+    let runs: Vec<usize> = column.chunk_by(|one, next| one == next).map(<[f64]>::len).collect();
+    runs.get(1..runs.len().saturating_sub(1)).is_some_and(|inner| inner.windows(2).any(|pair| pair[0] != pair[1]))
 }
 
 /// First and last row of the longest standstill, and the share of all rows in which nothing moves.

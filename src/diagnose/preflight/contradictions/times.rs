@@ -5,7 +5,7 @@ use crate::chain::{Chain, Geometry};
 use crate::diagnose::fault_kind::FaultKind;
 use crate::diagnose::preflight::data_fault::{DataFault, RECORDER, Rival, SESSION, listed};
 use crate::machine::AxisKind;
-use crate::session::{Motion, Session, Test, way_mm};
+use crate::session::{Motion, Recording, Session, Test, way_mm};
 use crate::statistics::median;
 use crate::units::OtherUnit;
 
@@ -35,6 +35,67 @@ pub(super) fn overlapping(session: &Session) -> Option<DataFault> {
         );
         DataFault::seen(FaultKind::SessionTime, SESSION, vec![one.name.clone(), other.name.clone()], says)
     })
+}
+
+/// How near a speed must be to a feed to have been run at it, as a share: overrides and limits of axes take more off.
+const AT_FEED: f64 = 0.05;
+
+/// A recording with the speed of its ball and the stated feed, mm/min.
+struct Run<'s> {
+    test: &'s Test,
+    recording: &'s Recording,
+    speed: f64,
+    feed: f64,
+}
+
+impl Run<'_> {
+    /// Whether each of two runs has the other's stated feed, which is not its own.
+    fn has_feed_of(&self, other: &Run<'_>) -> bool {
+        let is_at = |speed: f64, feed: f64| (speed / feed - 1.0).abs() < AT_FEED;
+        let is_off = |run: &Run| !is_at(run.speed, run.feed);
+        is_off(self) && is_off(other) && is_at(self.speed, other.feed) && is_at(other.speed, self.feed)
+    }
+
+    /// How far the positions of two runs lie apart, at the ends and between them.
+    fn way_to(&self, other: &Run<'_>) -> f64 {
+        let at = |run: &Run, quarter: usize| -> Vec<f64> {
+            let row = quarter * (run.recording.len() - 1) / 4;
+            run.recording.positions.iter().map(|column| column[row]).collect()
+        };
+        let apart = |quarter| at(self, quarter).into_iter().zip(at(other, quarter)).map(|(a, b)| (a - b).abs());
+        (0..=4).flat_map(apart).sum()
+    }
+}
+
+/// Recordings that ran at each other's stated feeds: their files are exchanged.
+pub(super) fn at_other_feeds(session: &Session) -> Option<DataFault> {
+    let chain = Chain::of(&session.machine);
+    let geometry = Geometry::nominal(&chain);
+    let run = |test| -> Option<Run> {
+        let (test, recording): (&Test, &Recording) = (test, test.recording.as_ref()?);
+        let (speed, feed) = (speed_mm_per_min(session, &geometry, test)?, test.feed_mm_per_min?);
+        Some(Run { test, recording, speed, feed })
+    };
+    let mut runs: Vec<Run> = session.tests.iter().filter_map(run).collect();
+    let mut pairs: Vec<[String; 2]> = Vec::new();
+    while !runs.is_empty() {
+        let one = runs.remove(0);
+        let is_other = |other: &Run| one.recording.axes == other.recording.axes && one.has_feed_of(other);
+        let others = (0..runs.len()).filter(|&other| is_other(&runs[other]));
+        if let Some(other) = others.min_by(|&a, &b| one.way_to(&runs[a]).total_cmp(&one.way_to(&runs[b]))) {
+            pairs.push([one.test.name.clone(), runs.remove(other).test.name.clone()]);
+        }
+    }
+    let [one, other] = pairs.first()?;
+    let further = match pairs.len() {
+        1 => String::new(),
+        count => format!(", as in {} further pairs", count - 1),
+    };
+    let says = format!(
+        "by their rows {one} and {other} ran at each other's stated feed{further}: their recordings are exchanged; swap the files of these \
+         tests, or correct their feeds"
+    );
+    Some(DataFault::seen(FaultKind::FilesExchanged, SESSION, pairs.concat(), says))
 }
 
 /// Speed of a ball over the stated feed, and its inverse, above which one of the two is wrong.
@@ -159,11 +220,12 @@ pub(super) fn other_scale(session: &Session) -> Option<DataFault> {
     Some(DataFault { components: vec![name.clone()], ..fault })
 }
 
-/// Median speed between rows of a single axis; `None` for poses and recordings without times of their own.
+/// Median speed between rows, of one axis or of linear axes alone; `None` for poses and recordings without times of their own.
 fn speed_mm_per_min(session: &Session, geometry: &Geometry, test: &Test) -> Option<f64> {
     let recording = test.recording.as_ref()?;
-    // a control divides its feed among axes that move together in ways of its own
-    let time = recording.time_s().filter(|_| recording.axes.len() == 1)?;
+    // a control divides its feed among slides and rotary axes that move together in ways of its own
+    let is_linear = |axis: &usize| session.machine.axes[*axis].kind == AxisKind::Linear;
+    let time = recording.time_s().filter(|_| recording.axes.len() == 1 || recording.axes.iter().all(is_linear))?;
     let motion = Motion::of(session, geometry.chain(), test).ok()?;
     let links = test.links(geometry.chain()).ok()?;
     // some rows tell the speed of all
