@@ -2,9 +2,10 @@
 
 use crate::recorded;
 use fiveaxis::chain::{Chain, Composition, Geometry};
+use fiveaxis::control::{tables, without_travel};
 use fiveaxis::identify::{AxisLine, Options, axis_lines, identify};
 use fiveaxis::load::{load_session, machine_from_yaml};
-use fiveaxis::machine::{Component, Machine};
+use fiveaxis::machine::{Component, ComponentError, ComponentForm, Harmonic, Machine};
 use fiveaxis::report::words::{control_in_words, sign_in_words};
 use fiveaxis::session::Session;
 use nalgebra::Vector3;
@@ -129,6 +130,34 @@ fn a_line_that_is_open_is_not_to_be_entered() {
 }
 
 #[test]
+fn an_axis_without_a_stated_travel_has_its_tables_or_is_named() {
+    let of = |errors: [ComponentError; 3]| {
+        let mut machine = machine("name: m\ncode: \"[wCAbYXZt]\"\naxes: {}\n");
+        let [x, y, c] = errors;
+        for (name, error) in [("X", x), ("Y", y), ("C", c)] {
+            let axis = machine.axis_index(name).unwrap();
+            machine.axes[axis].component_errors.push(error);
+        }
+        machine
+    };
+    let table = ComponentForm::Table { position: vec![-100.0, 100.0], value: vec![0.0, 0.02] };
+    let wave = ComponentForm::Fourier(vec![Harmonic { frequency: 1.0, cosine: 0.01, sine: 0.0 }]);
+    let machine = of([
+        ComponentError { component: Component::EX, form: table },
+        ComponentError { component: Component::EY, form: ComponentForm::Polynomial(vec![1e-4]) },
+        ComponentError { component: Component::EX, form: wave },
+    ]);
+    let tables = tables(&machine);
+    let ends = |error: &str| {
+        let rows = &tables.iter().find(|table| table.error == error).expect(error).rows;
+        (rows[0].0, rows[rows.len() - 1].0)
+    };
+    assert_eq!(ends("EXX"), (-100.0, 100.0));
+    assert!(ends("EXC").0 == 0.0 && (ends("EXC").1 - std::f64::consts::TAU).abs() < 1e-12);
+    assert_eq!((tables.len(), without_travel(&machine)), (2, vec!["EYY".to_string()]));
+}
+
+#[test]
 fn a_table_that_the_axis_carries_is_centred_from_the_other_side() {
     // X carries the table: to bring a line at +x under the spindle the table goes to −x, which an ISO axis reads as +x
     for (directions, reversed, sign) in
@@ -149,6 +178,7 @@ fn a_table_that_the_axis_carries_is_centred_from_the_other_side() {
                 to: 360.0,
                 step: 5.0,
                 follow: fiveaxis::session::Follow::None,
+                length_mm: None,
             });
             test.pivot.at = Vector3::new(130.0, 0.0, 0.0);
             test.spindle_ball.at = Vector3::new(30.0, 0.0, 0.0);

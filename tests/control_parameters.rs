@@ -545,6 +545,8 @@ fn text_of(parameters: &[Parameter]) -> String {
         volume: None,
         tables: Vec::new(),
         backlash: Vec::new(),
+        without_travel: Vec::new(),
+        squareness: Vec::new(),
         stays: Vec::new(),
         notes: Vec::new(),
     })

@@ -4,10 +4,14 @@ use std::path::Path;
 
 use assert_cmd::Command;
 use fiveaxis::chain::Chain;
+use fiveaxis::diagnose::examine;
+use fiveaxis::disturbances::into_component_errors;
+use fiveaxis::identify::{Options, fitted_session};
 use fiveaxis::inverse::Tool;
-use fiveaxis::load::load_machine;
-use fiveaxis::machine::Component;
-use fiveaxis::volume::{Figures, Part, causes, pose_errors, poses};
+use fiveaxis::load::{load_machine, load_session, machine_from_yaml};
+use fiveaxis::machine::{Component, Machine};
+use fiveaxis::units::ARCSEC_PER_RAD;
+use fiveaxis::volume::{Figures, Part, causes, pose_errors, poses, spread};
 use nalgebra::Vector3;
 
 const POSES: usize = 4000;
@@ -53,6 +57,61 @@ fn single_errors_have_the_sizes_that_geometry_says() {
     }
     let far = Part { low: Vector3::repeat(5000.0), high: Vector3::repeat(5100.0) };
     assert!(poses(&machine, tool, Some(&far), POSES).is_err());
+}
+
+/// A plain machine with an effect.
+fn with_effect(effect: &str) -> Machine {
+    let text = format!(
+        "name: mill\ncode: \"[wCAbYXZt]\"\ndirections: iso841\naxes:\n  X: {{range: [-300, 300]}}\n  Y: {{range: [-225, 225]}}\n  \
+         Z: {{range: [-120, 330]}}\n  A: {{range: [-90, 110]}}\n  C: {{range: [-360, 360]}}\neffects:\n  - {effect}\n"
+    );
+    machine_from_yaml(Path::new("machine.yaml"), text).expect("machine")
+}
+
+#[test]
+fn a_squareness_that_was_found_moves_the_line_of_its_slide() {
+    let mut machine = with_effect("{effect: squareness, place: Y, sizes: {EC0Y: 30 arcsec}}");
+    assert!(into_component_errors(&mut machine).is_empty() && machine.effects.is_empty());
+    let y = machine.axis_index("Y").expect("Y");
+    let angle = machine.axes[y].location_errors[Component::EC.index()];
+    assert!((angle * ARCSEC_PER_RAD - 30.0).abs() < 1e-9, "{angle}");
+}
+
+#[test]
+fn what_depends_on_more_than_its_axis_gets_no_table() {
+    for effect in [
+        "{effect: control-centre, place: C, sizes: {EXC: {cos: 50 um}}}",
+        "{effect: clamp-lift, place: C, from: 10, to: 50, hysteresis: 20, sizes: {EZC: 20 um}}",
+        "{effect: clamp-lift, place: C, from: 10, to: 50, rise: 1, sizes: {EZC: 20 um}}",
+    ] {
+        let mut machine = with_effect(effect);
+        let left = into_component_errors(&mut machine);
+        assert!(left.len() == 1 && effect.contains(&left[0]), "{effect}: {left:?}");
+        assert!(machine.effects.len() == 1 && machine.axes.iter().all(|axis| axis.component_errors.is_empty()));
+    }
+    let mut machine = with_effect("{effect: clamp-lift, place: C, from: 10, to: 50, sizes: {EZC: 20 um}}");
+    assert!(into_component_errors(&mut machine).is_empty());
+    let c = machine.axis_index("C").expect("C");
+    assert_eq!(machine.axes[c].component_errors.len(), 1);
+}
+
+#[test]
+fn what_a_fit_leaves_open_is_drawn_over_all_the_travel() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let session = load_session(&root.join("examples/thesis/chapter5/session.yaml")).expect("session");
+    let examination = examine(&session, &Options::default()).expect("fit");
+    let fit = examination.fit.as_ref().expect("fit");
+    let machine = fitted_session(&session, fit).machine;
+    let tool = Tool::of(&machine, None).expect("tool");
+    let sigma = |count: usize| {
+        let set = poses(&machine, tool, None, count).expect("poses");
+        spread(&machine, fit, tool, &set).sigma.position_mm.p95
+    };
+    let few = sigma(1000);
+    // every fifth of them has its third axis in a fifth of its travel
+    for count in [2000, 3000, 5000] {
+        assert!((sigma(count) / few - 1.0).abs() < 1e-9, "{count}: {} and {few} mm", sigma(count));
+    }
 }
 
 #[test]

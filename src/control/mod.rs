@@ -23,4 +23,4 @@ pub use parameters::{Control, Parameter, all_parameters, is_entered, parameters}
 pub use present::{OtherUnit, refuse_other_units};
 pub use remaining::{Enters, Remaining, Worsening, entered_effects, remaining};
 pub(crate) use tables::LINUXCNC_ROWS;
-pub use tables::{CompensationTable, tables};
+pub use tables::{CompensationTable, squareness, tables, without_travel};

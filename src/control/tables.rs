@@ -2,7 +2,8 @@
 
 use super::backlash::{lag, own_sign};
 use crate::chain::{Branch, Chain};
-use crate::machine::{AxisKind, Component, ComponentForm, ErrorName, Machine};
+use crate::machine::{Axis, AxisKind, Component, ComponentForm, ErrorName, Machine};
+use std::f64::consts::TAU;
 
 /// Error of one component over its axis.
 #[derive(Debug, Clone, PartialEq)]
@@ -35,7 +36,6 @@ pub const LINUXCNC_ROWS: usize = 256;
 pub fn tables(machine: &Machine) -> Vec<CompensationTable> {
     let mut list = Vec::new();
     for (index, axis) in machine.axes.iter().enumerate() {
-        let Some(travel) = axis.range else { continue };
         let mut components: Vec<_> = axis.component_errors.iter().map(|error| error.component).collect();
         components.sort();
         components.dedup();
@@ -46,7 +46,7 @@ pub fn tables(machine: &Machine) -> Vec<CompensationTable> {
                 .filter(|error| error.component == component)
                 .map(|error| &error.form)
                 .collect();
-            let (from, to) = measured(&forms, travel);
+            let Some((from, to)) = measured(&forms, axis) else { continue };
             let value = |q: f64| forms.iter().map(|form| form.value(q)).sum::<f64>();
             let is_own = axis.own_component() == component && axis.coordinate_direction().is_some();
             // along the axis's own direction a positive error is a motion of the carried part; the command's sense decides
@@ -68,17 +68,49 @@ pub fn tables(machine: &Machine) -> Vec<CompensationTable> {
     list
 }
 
-/// Positions at which a component is known, mm or rad: where all of its forms are tables, from the first row to the last.
-fn measured(forms: &[&ComponentForm], (low, high): (f64, f64)) -> (f64, f64) {
+/// Names of component errors that get no table, for their axis states no range and they are no tables themselves.
+pub fn without_travel(machine: &Machine) -> Vec<String> {
+    let mut names = Vec::new();
+    for axis in &machine.axes {
+        let open = |component: Component| {
+            let of = axis.component_errors.iter().filter(|error| error.component == component);
+            measured(&of.map(|error| &error.form).collect::<Vec<_>>(), axis).is_none()
+        };
+        let errors = axis.component_errors.iter().map(|error| error.component).filter(|one| open(*one));
+        names.extend(errors.map(|component| ErrorName::motion(component, &axis.name).to_string()));
+    }
+    names.sort();
+    names.dedup();
+    names
+}
+
+/// Angles of slides against the others that are of something, rad, by ISO 230-1 name: their location errors, which no table holds.
+pub fn squareness(machine: &Machine) -> Vec<(String, f64)> {
+    let slides = machine.axes_of(AxisKind::Linear).map(|axis| &machine.axes[axis]);
+    let angles = slides.flat_map(|axis| {
+        Component::ALL.into_iter().filter(|component| component.is_angle()).map(move |component| {
+            let name = ErrorName::location(component, &axis.name).to_string();
+            (name, axis.location_errors[component.index()])
+        })
+    });
+    angles.filter(|(_, rad)| rad.abs() > LEAST[1]).collect()
+}
+
+/// Positions at which a component is known, mm or rad: where all of its forms are tables, from the first row to the last, within the
+/// travel; else all of it, which is a turn of a rotary axis that states none. `None` where neither says.
+fn measured(forms: &[&ComponentForm], axis: &Axis) -> Option<(f64, f64)> {
     let ends = |form: &&ComponentForm| match form {
         ComponentForm::Table { position, .. } => Some((*position.first()?, *position.last()?)),
         _ => None,
     };
     let ends: Option<Vec<(f64, f64)>> = forms.iter().map(ends).collect();
-    let Some(ends) = ends else { return (low, high) };
+    let Some(ends) = ends else {
+        return axis.range.or_else(|| (axis.kind == AxisKind::Rotary).then_some((0.0, TAU)));
+    };
     let (from, to) = ends.iter().fold((f64::MAX, f64::MIN), |(a, b), (from, to)| (a.min(*from), b.max(*to)));
+    let Some((low, high)) = axis.range else { return Some((from, to)) };
     let (from, to) = (from.max(low), to.min(high));
-    if from < to { (from, to) } else { (low, high) }
+    Some(if from < to { (from, to) } else { (low, high) })
 }
 
 /// The slide that takes a displacement of an axis's part out, and how much is added to its command per mm of it: both have to

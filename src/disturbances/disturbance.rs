@@ -90,7 +90,7 @@ impl Disturbance {
             Outlet::Lag { axis } => self.position[axis] -= amount * context.speed(test, row, axis),
             Outlet::Acceleration { axis } => self.position[axis] += amount * context.acceleration(test, row, axis),
             Outlet::SlidesAcceleration { .. } => {
-                for axis in slides(context) {
+                for axis in context.machine().axes_of(AxisKind::Linear) {
                     self.position[axis] += amount * context.acceleration(test, row, axis);
                 }
             }
@@ -108,14 +108,8 @@ impl Disturbance {
     }
 }
 
-/// Linear axes of the machine.
-fn slides<'a>(context: &'a Context) -> impl Iterator<Item = usize> + 'a {
-    let axes = &context.machine().axes;
-    (0..axes.len()).filter(|&axis| axes[axis].kind == AxisKind::Linear)
-}
-
 /// Where the own motion of an axis starts in EX EY EZ EA EB EC.
-fn own_offset(kind: AxisKind) -> usize {
+pub(super) fn own_offset(kind: AxisKind) -> usize {
     match kind {
         AxisKind::Linear => 0,
         AxisKind::Rotary => 3,
@@ -133,9 +127,11 @@ pub fn gain(context: &Context, (test, row): (usize, usize), outlet: &Outlet, at:
         Outlet::Location { axis, component } => at.location[axis][component.index()],
         Outlet::Lag { axis } => -at.position[axis] * context.speed(test, row, axis),
         Outlet::Acceleration { axis } => at.position[axis] * context.acceleration(test, row, axis),
-        Outlet::SlidesAcceleration { .. } => {
-            slides(context).map(|axis| at.position[axis] * context.acceleration(test, row, axis)).sum()
-        }
+        Outlet::SlidesAcceleration { .. } => context
+            .machine()
+            .axes_of(AxisKind::Linear)
+            .map(|axis| at.position[axis] * context.acceleration(test, row, axis))
+            .sum(),
         Outlet::Delay => at.position.iter().enumerate().map(|(axis, gain)| gain * context.speed(test, row, axis)).sum(),
         Outlet::Pivot(k) => at.pivot[k],
         Outlet::SpindleBall(k) => at.spindle[k],

@@ -1,7 +1,8 @@
 //! Effects that depend on the way an axis has come, as laws that a program can run along its commands. No effect's own formula.
 
+use super::disturbance::own_offset;
 use crate::effects::{MemoryLaw, memory};
-use crate::machine::{AxisKind, Effect, Machine, Outlet};
+use crate::machine::{Effect, Machine, Outlet};
 
 /// One of them.
 #[derive(Debug, Clone, PartialEq)]
@@ -38,7 +39,7 @@ pub fn take_remembered(machine: &mut Machine, steps: &[f64]) -> Vec<Remembered> 
 fn as_remembered(machine: &Machine, effect: &Effect, steps: &[f64]) -> Option<Remembered> {
     let axis = effect.place.axis().filter(|_| effect.tests.is_none())?;
     let (law, driving) = memory(machine, effect)?;
-    let offset = if machine.axes[axis].kind == AxisKind::Linear { 0 } else { 3 };
+    let offset = own_offset(machine.axes[axis].kind);
     let direction = machine.axes[axis].direction;
     let mut sizes = [0.0; 6];
     for size in &effect.sizes {

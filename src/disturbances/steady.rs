@@ -1,11 +1,13 @@
-//! Effects that depend on the position of their axis alone, as component errors of that axis. No effect's own formula.
+//! Effects that depend on the position of their axis alone, as component errors of that axis, and constant ones as location errors.
+//! No effect's own formula.
 
-use super::disturbance::Disturbances;
+use super::disturbance::{Disturbance, Disturbances};
 use crate::chain::Chain;
 use crate::effects::{Context, Driver, kind};
-use crate::machine::{AxisKind, Component, ComponentError, ComponentForm, Effect, Machine, Outlet, Place};
+use crate::machine::{AxisKind, Component, ComponentError, ComponentForm, Effect, Machine, Outlet, Place, Size};
 use crate::readings::Reading;
 use crate::session::{Ball, Clock, LengthColumn, Recording, Session, Spread, Test, Zero};
+use crate::statistics::median;
 use nalgebra::Vector3;
 
 /// Steps over the travel of an axis at which an effect is read at first and at most.
@@ -19,7 +21,7 @@ const OPEN_TRAVEL: (f64, f64) = (1000.0, std::f64::consts::TAU);
 const LEAST_SPAN: f64 = 1e-3;
 
 /// Takes effects that are functions of their axis's position into its component errors, by a table over the travel; those
-/// that are constant go into the location errors. Names of the effects that are neither stay and are returned.
+/// that move the lines of axes go into the location errors. Effects that are neither stay, and their names are returned.
 pub fn into_component_errors(machine: &mut Machine) -> Vec<String> {
     into_component_errors_within(machine, &[]).left
 }
@@ -50,6 +52,12 @@ pub fn into_component_errors_within(machine: &mut Machine, seen: &[(f64, f64)]) 
     let effects = std::mem::take(&mut machine.effects);
     let mut taken = Taken::default();
     for effect in effects {
+        if let Some(moved) = as_location_errors(machine, &effect) {
+            for (axis, moved) in machine.axes.iter_mut().zip(moved) {
+                axis.location_errors.iter_mut().zip(moved).for_each(|(error, moved)| *error += moved);
+            }
+            continue;
+        }
         let Some((axis, span)) = effect.place.axis().map(|axis| (axis, span(machine, axis, seen))) else {
             taken.left.push(effect.kind.clone());
             machine.effects.push(effect);
@@ -93,9 +101,7 @@ pub fn steps_seen(session: &Session) -> Vec<f64> {
             let positions: Vec<f64> = context.motion(test).axis(axis).collect();
             positions.windows(2).map(|pair| (pair[1] - pair[0]).abs()).filter(|way| *way > 0.0).collect::<Vec<f64>>()
         };
-        let mut all: Vec<f64> = (0..context.tests()).flat_map(ways).collect();
-        let middle = all.len() / 2;
-        if all.is_empty() { 0.0 } else { *all.select_nth_unstable_by(middle, f64::total_cmp).1 }
+        median((0..context.tests()).flat_map(ways)).unwrap_or(0.0)
     };
     (0..session.machine.axes.len()).map(of_axis).collect()
 }
@@ -115,6 +121,15 @@ fn span(machine: &Machine, axis: usize, seen: &[(f64, f64)]) -> (f64, f64) {
     }
 }
 
+/// Location errors that do the same, by axis; `None` where it does more than that, or not in every test.
+fn as_location_errors(machine: &Machine, effect: &Effect) -> Option<Vec<[f64; 6]>> {
+    let is_location = |size: &Size| matches!(size.outlet, Outlet::Location { .. });
+    if effect.tests.is_some() || effect.sizes.is_empty() || !effect.sizes.iter().all(is_location) {
+        return None;
+    }
+    probed(machine, effect, 0, &[0.0]).map(|disturbances| disturbances.location)
+}
+
 /// Component errors that do the same; `None` where it depends on more than its axis's position.
 fn as_component_errors(
     machine: &Machine,
@@ -123,7 +138,7 @@ fn as_component_errors(
 ) -> Option<Vec<(usize, ComponentError)>> {
     let Place::Axis(axis) = effect.place else { return None };
     let is_steady = kind(&effect.kind)?.driver == Driver::Position && effect.tests.is_none();
-    let stays_there = |size: &crate::machine::Size| match size.outlet {
+    let stays_there = |size: &Size| match size.outlet {
         Outlet::Motion { axis: of, .. } | Outlet::Along { axis: of } => of == axis,
         _ => false,
     };
@@ -151,25 +166,53 @@ fn is_coarse(error: &ComponentError) -> bool {
     value.windows(3).any(|near| (near[1] - 0.5 * (near[0] + near[2])).abs() > MOST_BEND * largest)
 }
 
-/// Tables of an effect of an axis at positions of it; components that it does not move have none.
+/// Tables of an effect of an axis at positions of it; components that it does not move have none. `None` where the way back does
+/// otherwise than the way there, or where nothing acts while the axis moves alone.
 fn read_at(machine: &Machine, effect: &Effect, axis: usize, position: &[f64]) -> Option<Vec<ComponentError>> {
+    let there_and_back: Vec<f64> = position.iter().chain(position.iter().rev()).copied().collect();
+    let disturbances = probed(machine, effect, axis, &there_and_back)?;
+    let (there, back) = disturbances.by_test.first()?.split_at_checked(position.len())?;
+    let mut errors = Vec::new();
+    for component in Component::ALL {
+        let read = |row: &Disturbance| row.motion[axis][component.index()];
+        let value: Vec<f64> = there.iter().map(read).collect();
+        if !is_alike(&value, &back.iter().rev().map(read).collect::<Vec<f64>>()) {
+            return None;
+        }
+        if value.iter().any(|value| *value != 0.0) {
+            let form = ComponentForm::Table { position: position.to_vec(), value };
+            errors.push(ComponentError { component, form });
+        }
+    }
+    let acts = effect.sizes.iter().any(|size| size.value != 0.0);
+    (!acts || !errors.is_empty()).then_some(errors)
+}
+
+/// Share of the largest value by which two ways differ through rounding alone.
+const ROUNDING: f64 = 1e-9;
+
+/// Whether the values of two ways are the same; at the one position where a stretch begins or ends either of its values is right.
+fn is_alike(there: &[f64], back: &[f64]) -> bool {
+    let largest = there.iter().chain(back).fold(0.0f64, |largest, value| largest.max(value.abs()));
+    let differs: Vec<bool> =
+        there.iter().zip(back).map(|(there, back)| (there - back).abs() > ROUNDING * largest).collect();
+    !differs.windows(2).any(|pair| pair[0] && pair[1])
+}
+
+/// What an effect does while one axis goes through positions, the others at zero; `None` where that cannot be computed.
+fn probed(machine: &Machine, effect: &Effect, axis: usize, position: &[f64]) -> Option<Disturbances> {
     let session = session(machine, axis, position);
     let chain = Chain::of(machine);
     let context = Context::of(&session, &chain).ok()?;
-    let disturbances = Disturbances::of(&context, std::slice::from_ref(effect)).ok()?;
-    let rows = disturbances.by_test.first()?;
-    let of_component = |component: Component| {
-        let value: Vec<f64> = rows.iter().map(|row| row.motion[axis][component.index()]).collect();
-        let is_there = value.iter().any(|value| *value != 0.0);
-        let form = ComponentForm::Table { position: position.to_vec(), value };
-        is_there.then_some(ComponentError { component, form })
-    };
-    Some(Component::ALL.into_iter().filter_map(of_component).collect())
+    Disturbances::of(&context, std::slice::from_ref(effect)).ok()
 }
 
-/// Static poses of one axis, the others at zero.
+/// Time from one position to the next, s: short, so that what settles with time is seen to.
+const STEP_S: f64 = 1e-3;
+
+/// One axis going through positions, the others at zero.
 fn session(machine: &Machine, axis: usize, position: &[f64]) -> Session {
-    let poses: Vec<f64> = (0..position.len()).map(|k| k as f64).collect();
+    let time_s: Vec<f64> = (0..position.len()).map(|k| k as f64 * STEP_S).collect();
     let ball = |link: &str, z: f64| Ball {
         link: link.into(),
         at: Vector3::new(0.0, 0.0, z),
@@ -180,7 +223,7 @@ fn session(machine: &Machine, axis: usize, position: &[f64]) -> Session {
     let mut positions = vec![Some(0.0); machine.axes.len()];
     positions[axis] = None;
     let recording = Recording {
-        clock: Clock::Pose(poses),
+        clock: Clock::TimeS(time_s),
         axes: vec![axis],
         positions: vec![position.to_vec()],
         length_mm: vec![0.0; position.len()],

@@ -26,6 +26,10 @@ pub struct ControlReport<'a> {
     pub tables: Vec<CompensationTable>,
     /// Lost motion of axes.
     pub backlash: Vec<Backlash>,
+    /// Component errors without a table, for nothing says over which travel.
+    pub without_travel: Vec<String>,
+    /// Location errors that slides have, which no list holds: ISO 230-1 name and angle, rad.
+    pub squareness: Vec<(String, f64)>,
     /// Names of the effects that depend on more than the position of their axis.
     pub stays: Vec<String>,
     /// What has to be known before anything is entered, in sentences.
@@ -74,6 +78,17 @@ fn not_held(report: &ControlReport) -> Vec<String> {
         .collect();
     if !open.is_empty() {
         list.push(format!("not determined by the recordings: {}", open.join(", ")));
+    }
+    if !report.squareness.is_empty() {
+        let angles = report.squareness.iter().map(|(name, rad)| format!("{name} {:.1} arcsec", rad * ARCSEC_PER_RAD));
+        let angles = angles.collect::<Vec<_>>().join(", ");
+        list.push(format!("squareness of slides, for which controls have functions of their own: {angles}"));
+    }
+    if !report.without_travel.is_empty() {
+        list.push(format!(
+            "tables of {}: the machine file states no range of their axis",
+            report.without_travel.join(", ")
+        ));
     }
     let stays: Vec<&str> =
         report.stays.iter().filter(|kind| !is_a(kind, Signature::Reversal)).map(String::as_str).collect();

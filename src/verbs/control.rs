@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::{Args, ValueEnum};
 use fiveaxis::control::{
     Control, Number, Parameter, all_parameters, backlash, counting_against, entered_effects, is_entered, modules_of,
-    numbers, parameters, refuse_other_units, remaining, tables,
+    numbers, parameters, refuse_other_units, remaining, squareness, tables, without_travel,
 };
 use fiveaxis::diagnose::examine;
 use fiveaxis::disturbances::{into_component_errors_within, positions_seen};
@@ -144,6 +144,8 @@ pub fn run(arguments: &Arguments) -> Result<(), Refusal> {
         volume: remaining.map(|remaining| remaining.figures),
         tables: tables(&found),
         backlash: backlash(control, &found),
+        without_travel: without_travel(&found),
+        squareness: squareness(&fitted),
         stays: taken.left,
         notes,
     };

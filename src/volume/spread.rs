@@ -21,9 +21,9 @@ pub struct Spread {
     pub left: Figures,
 }
 
-/// Machines drawn.
+/// Machines drawn: a standard deviation of so many is known to 7 %.
 const DRAWS: usize = 100;
-/// Poses of a drawn machine.
+/// Poses of a drawn machine: 50 lie beyond the 95 % figure, which is known to some per cent, less than its sigma.
 const POSES: usize = 1000;
 
 /// Draws machines about the fitted one, whose errors `machine` has.
@@ -31,10 +31,10 @@ pub fn spread(machine: &Machine, fit: &Fit, tool: Tool, poses: &[Vec<f64>]) -> S
     let (free, covariance) = fit.location_covariance();
     let own = covariance.symmetric_eigen();
     let root = &own.eigenvectors * DMatrix::from_diagonal(&own.eigenvalues.map(|value| value.max(0.0).sqrt()));
-    let step = poses.len().div_ceil(POSES).max(1);
-    let poses: Vec<Vec<f64>> = poses.iter().step_by(step).cloned().collect();
+    // the first of them are as even over the travel as all; every so many of them are not
+    let poses = &poses[..POSES.min(poses.len())];
     let chain = Chain::of(machine);
-    let fitted = pose_errors(machine, &chain, tool, &poses);
+    let fitted = pose_errors(machine, &chain, tool, poses);
     let known = Kinematics::actual(machine, &chain, tool);
     let axes: Vec<_> = poses.iter().map(|pose| known.pose(pose).axis).collect();
     let mut random = ChaCha8Rng::seed_from_u64(230);
@@ -47,7 +47,7 @@ pub fn spread(machine: &Machine, fit: &Fit, tool: Tool, poses: &[Vec<f64>]) -> S
         for (k, of) in free.iter().enumerate() {
             one.axes[of.axis].location_errors[of.component] += change[k];
         }
-        let mut errors = pose_errors(&one, &chain, tool, &poses);
+        let mut errors = pose_errors(&one, &chain, tool, poses);
         drawn.push(Figures::of(&errors));
         // relative to the fitted machine
         let real = Kinematics::actual(&one, &chain, tool);
