@@ -863,7 +863,14 @@ fn planned_tests_carry_effects() {
     let c = session.machine.axis_index("C").unwrap();
     for (test, (from, to)) in session.tests.iter_mut().zip([(-20.0, 40.0), (40.0, -20.0)]) {
         test.recording = None;
-        test.path = Some(fiveaxis::session::Path::Sweep { axis: c, from, to, step: 0.5, follow: Follow::None });
+        test.path = Some(fiveaxis::session::Path::Sweep {
+            axis: c,
+            from,
+            to,
+            step: 0.5,
+            follow: Follow::None,
+            length_mm: None,
+        });
         test.positions = vec![Some(0.0); session.machine.axes.len()];
     }
     let found = profile(&session, &backlash(&session, 5e-5));

@@ -90,6 +90,7 @@ mod written_files;
 mod captured;
 mod erring;
 mod finite_differences;
+mod following;
 mod nc_reader;
 mod noisy;
 mod plain_machine;

@@ -573,7 +573,7 @@ fn by_hand() -> (Machine, [PlannedTest; 2]) {
         mounting: Mounting { bar_parts_mm: vec![100.0], calibrator_mm: Some(100.0), nose_to_ball_mm: 110.0, arm: None },
     };
     let zero = Some(0.0);
-    let sweep = TestPath::Sweep { axis: a, from: -20.0, to: 70.0, step: 0.5, follow: Follow::None };
+    let sweep = TestPath::Sweep { axis: a, from: -20.0, to: 70.0, step: 0.5, follow: Follow::None, length_mm: None };
     let short = test("a-short", sweep, [0.0, -100.0, 0.0], [zero, None, zero, zero, zero]);
     let turned = Leg { axis: a, to: (-24f64).to_radians() };
     let plane = CirclePlane { first: x, second: y };

@@ -37,7 +37,7 @@ fn a_test(machine: &Machine, pivot: [f64; 3], to: f64) -> Test {
         name: "a-short".into(),
         recording_file: None,
         recording: None,
-        path: Some(TestPath::Sweep { axis: a, from: -15.0, to, step: 0.5, follow: Follow::None }),
+        path: Some(TestPath::Sweep { axis: a, from: -15.0, to, step: 0.5, follow: Follow::None, length_mm: None }),
         started_at_s: 0.0,
         bar_length_mm: Some(100.0),
         bar_setup: None,

@@ -277,6 +277,25 @@ fn a_saved_fit_predicts_what_it_read_and_an_instrument_is_found() {
 }
 
 #[test]
+fn simulating_sockets_counts_the_files_and_moves_both_ends_of_a_distance() {
+    let session = concat!(env!("CARGO_MANIFEST_DIR"), "/examples/real/sockets-panda/panda-1/session.yaml");
+    let out = tempfile::tempdir().expect("folder");
+    let folder = out.path().join("out");
+    let folder = folder.to_string_lossy();
+    let output = fiveaxis(&["simulate", session, "--out", &folder, "--draw-setups", "--json"]);
+    let value: serde_json::Value = serde_json::from_slice(&output.stdout).expect("JSON");
+    let tests = value["tests"].as_array().expect("tests");
+    let files: std::collections::BTreeSet<&str> = tests.iter().filter_map(|test| test["recording"].as_str()).collect();
+    let written = std::fs::read_dir(&*folder).expect("written").filter_map(Result::ok);
+    assert_eq!(files.len(), written.filter(|file| file.path().extension().is_some_and(|one| one == "csv")).count());
+    assert!(files.iter().all(|file| Path::new(&*folder).join(file).is_file()), "{files:?}");
+    let text = fiveaxis(&["simulate", session, "--out", &folder, "--force"]).stdout;
+    let text = String::from_utf8(text).expect("text");
+    assert!(text.contains(&format!("{} recordings written", files.len())), "{text}");
+    assert!(text.contains("nothing is simulated in them"), "{text}");
+}
+
+#[test]
 fn wrong_rotations_are_refused_with_their_line() {
     let case = &CASES[0];
     let folder = tempfile::tempdir().unwrap();

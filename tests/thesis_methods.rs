@@ -174,8 +174,14 @@ fn a_recording_of_lengths_alone_is_spread_evenly_over_its_arc() {
         let axis = recording.axes[0];
         let column = &recording.positions[0];
         let (from, to) = (column[0].to_degrees(), column[column.len() - 1].to_degrees());
-        test.path =
-            Some(fiveaxis::session::Path::Sweep { axis, from, to, step: 1.0, follow: fiveaxis::session::Follow::None });
+        test.path = Some(fiveaxis::session::Path::Sweep {
+            axis,
+            from,
+            to,
+            step: 1.0,
+            follow: fiveaxis::session::Follow::None,
+            length_mm: None,
+        });
         recording.clock = fiveaxis::session::Clock::Absent;
         recording.axes.clear();
         recording.positions.clear();

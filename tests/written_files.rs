@@ -162,7 +162,14 @@ fn random_session(machine: Machine, random: &mut ChaCha8Rng) -> Session {
                 // slides follow a rotary axis alone
                 let turns = machine.axes[0].kind == AxisKind::Rotary;
                 let follow = if index == 0 && turns { Follow::Radial } else { Follow::None };
-                TestPath::Sweep { axis: 0, from: -1.0, to: number(0.0, 3.0), step: number(0.01, 0.5), follow }
+                TestPath::Sweep {
+                    axis: 0,
+                    from: -1.0,
+                    to: number(0.0, 3.0),
+                    step: number(0.01, 0.5),
+                    follow,
+                    length_mm: None,
+                }
             } else {
                 let plane = CirclePlane { first: linear[1], second: linear[0] };
                 TestPath::Circle { plane, radius_mm: number(10.0, 20.0), from: 0.0, to: 360.0, step: 1.0 }

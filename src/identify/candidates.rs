@@ -136,7 +136,7 @@ fn candidate(
         swept.range.map_or((-180.0, 180.0), |(from, to)| (from.to_degrees().max(-180.0), to.to_degrees().min(180.0)));
     let mut planned = test.clone();
     planned.recording = None;
-    planned.path = Some(Path::Sweep { axis, from, to, step: (to - from) / SAMPLES, follow });
+    planned.path = Some(Path::Sweep { axis, from, to, step: (to - from) / SAMPLES, follow, length_mm: None });
     for &(other, degrees) in standing {
         planned.positions[other] = Some(degrees.to_radians());
     }

@@ -10,7 +10,7 @@ use crate::statistics::median;
 use crate::units::OtherUnit;
 
 /// How far a reading may lie from the bar's calibrated length, mm: the stroke of long-range bars with room to spare.
-const STROKE_LIMIT_MM: f64 = 5.0;
+pub(super) const STROKE_LIMIT_MM: f64 = 5.0;
 /// Readings outside the stroke that a file may hold: one in so many. Single wrong readings are left to the fit, which
 /// reports them; more than these are a wrong bar, unit or file.
 const ONE_OUTSIDE_IN: usize = 10;

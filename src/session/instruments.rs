@@ -5,6 +5,7 @@ use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 use super::ball::Ball;
 use super::motion::Motion;
 use super::second_socket::{scatter_mm, second_socket};
+use super::setups::LOOKED_FOR_MM;
 use super::test::Session;
 use crate::chain::{Chain, Composition, Geometry};
 use crate::readings::{Kind, Located, Scalar, Sighting, Target, locate};
@@ -71,12 +72,9 @@ pub fn locate_instruments(session: &mut Session, chain: &Chain) -> Result<(), (S
     }
 }
 
-/// Places of which a session knows less than this were found from the readings, mm.
-const FOUND_FROM_MM: f64 = 50.0;
-
 /// The session with every place that was found from readings found once more, as with another machine; `None` where that cannot be.
 pub fn located_anew(mut session: Session, chain: &Chain) -> Option<Session> {
-    let is_found = |ball: &Ball| ball.spread_mm.is_some_and(|spread_mm| spread_mm > FOUND_FROM_MM);
+    let is_found = |ball: &Ball| ball.spread_mm.is_some_and(|spread_mm| spread_mm > LOOKED_FOR_MM);
     for test in &mut session.tests {
         let (is_instrument, is_target) = (is_found(&test.pivot), is_found(&test.spindle_ball));
         let Some(part) = test.reading.part_mut() else { continue };

@@ -42,8 +42,8 @@ pub struct CirclePlane {
 /// Path of a test that has no recording yet; angles in degrees as in the file, samples every `step` inclusive of both ends.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Path {
-    /// One axis from `from` to `to` (mm or deg).
-    Sweep { axis: usize, from: f64, to: f64, step: f64, follow: Follow },
+    /// One axis from `from` to `to` (mm or deg); following linear axes keep the balls `length_mm` apart, where that is stated.
+    Sweep { axis: usize, from: f64, to: f64, step: f64, follow: Follow, length_mm: Option<f64> },
     /// Circle of the spindle ball about the pivot ball's nominal place.
     Circle { plane: CirclePlane, radius_mm: f64, from: f64, to: f64, step: f64 },
 }
@@ -59,6 +59,14 @@ impl Path {
     pub fn step(&self) -> f64 {
         let (Path::Sweep { step, .. } | Path::Circle { step, .. }) = self;
         *step
+    }
+
+    /// Distance between the balls that following linear axes keep, mm, where it is stated.
+    pub fn kept_mm(&self) -> Option<f64> {
+        match self {
+            Path::Sweep { length_mm, .. } => *length_mm,
+            Path::Circle { .. } => None,
+        }
     }
 
     /// The same path in so many equal steps.

@@ -19,6 +19,16 @@ pub struct Setup {
     pub turn_rad: Option<f64>,
 }
 
+/// Places of which a session knows less than this are looked for by the readings, mm.
+pub(super) const LOOKED_FOR_MM: f64 = 50.0;
+
+impl Setup {
+    /// Whether its place is looked for by the readings, so that its spread is that of the search.
+    pub fn is_looked_for(&self) -> bool {
+        self.spread_mm > LOOKED_FOR_MM
+    }
+}
+
 /// All setups of a session and, for each test, which ones it uses.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Setups {

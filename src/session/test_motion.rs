@@ -1,6 +1,6 @@
 //! Positions of all axes, row by row, for a test: from its recording, or along its planned path. Nominal geometry only.
 
-use nalgebra::{DMatrix, DVector, Vector3};
+use nalgebra::{DMatrix, DVector, Matrix3x2, Vector3};
 
 use super::motion::Motion;
 use super::path::{Follow, Path};
@@ -22,6 +22,12 @@ pub enum MotionError {
         "test '{test}' follows {axis}, but the linear axes cannot bring the bar there (off by {miss_mm:.3} mm); choose another place for the pivot or 'follow: none'"
     )]
     CannotFollow { test: String, axis: String, miss_mm: f64 },
+    #[error(
+        "test '{test}' follows {axis}, but that axis carries neither ball, or carries one on its own line: the bar has no direction to keep; choose another place for the pivot or 'follow: none'"
+    )]
+    NothingToFollow { test: String, axis: String },
+    #[error("test '{test}': the two slides of its circle move the balls the same way; name slides of a plane")]
+    NoPlane { test: String },
     #[error("test '{test}': no link is called '{link}'; links are {known}")]
     NoLink { test: String, link: String, known: String },
 }
@@ -125,11 +131,17 @@ fn circle_columns(
         moved
     };
     let (along_first, along_second) = (step(first), step(second));
-    let centre = (-base.dot(&along_first), -base.dot(&along_second));
+    // about the place at which the balls are nearest; slides need not stand at right angles
+    let ways = Matrix3x2::from_columns(&[along_first, along_second]);
+    let normal = ways.transpose() * ways;
+    let Some(centre) = normal.try_inverse().map(|inverse| inverse * ways.transpose() * -base) else {
+        return Err(MotionError::NoPlane { test: test.name.clone() });
+    };
+    // a control runs the circle in its coordinates
     let coordinate = |about: f64, value: fn(f64) -> f64| {
         samples.iter().map(|s| about + radius_mm * value(s.to_radians())).collect::<Vec<f64>>()
     };
-    Ok(vec![(first, coordinate(centre.0, f64::cos)), (second, coordinate(centre.1, f64::sin))])
+    Ok(vec![(first, coordinate(centre.x, f64::cos)), (second, coordinate(centre.y, f64::sin))])
 }
 
 /// Columns of a sweep whose linear axes keep the bar's direction in the turning frame.
@@ -153,9 +165,12 @@ fn follow_columns(
     for &sample in samples {
         q[axis] = kind.from_file_unit(sample);
         let miss = bring_bar(&geometry, test, (pivot, spindle), axis, follow, &linear, &mut q);
-        if miss.is_nan() || miss > 1e-6 {
-            let axis = session.machine.axes[axis].name.clone();
-            return Err(MotionError::CannotFollow { test: test.name.clone(), axis, miss_mm: miss });
+        let name = || session.machine.axes[axis].name.clone();
+        let Some(miss_mm) = miss else {
+            return Err(MotionError::NothingToFollow { test: test.name.clone(), axis: name() });
+        };
+        if miss_mm.is_nan() || miss_mm > 1e-6 {
+            return Err(MotionError::CannotFollow { test: test.name.clone(), axis: name(), miss_mm });
         }
         for (axis, column) in &mut columns {
             column.push(q[*axis]);
@@ -167,7 +182,8 @@ fn follow_columns(
     Ok(columns)
 }
 
-/// Sets the linear axes so that the spindle ball stands at bar length in the wanted direction; returns the miss in mm.
+/// Sets the linear axes so that the spindle ball stands at bar length in the wanted direction; returns the miss in mm, `None` where
+/// there is no such direction.
 fn bring_bar(
     geometry: &Geometry,
     test: &Test,
@@ -176,10 +192,11 @@ fn bring_bar(
     follow: Follow,
     linear: &[usize],
     q: &mut [f64],
-) -> f64 {
+) -> Option<f64> {
     let chain = geometry.chain();
     let joint = chain.joint(axis);
-    let radius_mm = test.bar_length_mm.map_or(100.0, f64::round);
+    let stated_mm = test.path.as_ref().and_then(Path::kept_mm);
+    let radius_mm = stated_mm.unwrap_or_else(|| test.nominal_bar_mm());
     let carrier = LinkId { depth: chain.carried_by(axis).depth - 1, ..chain.carried_by(axis) };
     let (carried, carried_at, other, other_at) = if chain.carries(axis, links.0) {
         (links.0, &test.pivot.at, links.1, &test.spindle_ball.at)
@@ -192,9 +209,7 @@ fn bring_bar(
         let pose = geometry.pose(carrier, q, None);
         let about = pose.rotation * joint.direction;
         let ball = geometry.point(carried, carried_at, q, None);
-        let Some(direction) = Path::bar_direction(follow, &about, &(ball - pose.point(&joint.origin))) else {
-            return f64::NAN;
-        };
+        let direction = Path::bar_direction(follow, &about, &(ball - pose.point(&joint.origin)))?;
         let target = ball + direction * radius_mm;
         let gap: Vector3<f64> = target - geometry.point(other, other_at, q, None);
         miss = gap.norm();
@@ -216,7 +231,7 @@ fn bring_bar(
             }
         }
     }
-    miss
+    Some(miss)
 }
 
 /// Standing positions with the moving axes at zero.
@@ -245,6 +260,8 @@ fn ball_links(chain: &Chain, test: &Test) -> Result<(LinkId, LinkId), MotionErro
 
 /// Feed of the moving ball when a test states none, mm/min.
 const DEFAULT_FEED_MM_PER_MIN: f64 = 500.0;
+/// Bar of a planned test that names none, mm: the shortest usual one.
+const DEFAULT_BAR_MM: f64 = 100.0;
 /// How far before and behind its arc a test runs when it does not say, mm or deg.
 pub const DEFAULT_RUN_IN: f64 = 4.0;
 
@@ -310,6 +327,12 @@ impl Test {
     /// Feed of the moving ball as stated, or as usual, mm/min.
     pub fn feed(&self) -> f64 {
         self.feed_mm_per_min.unwrap_or(DEFAULT_FEED_MM_PER_MIN)
+    }
+
+    /// Distance at which a path keeps the balls that says none, mm: the whole number nearest to the bar's calibrated length, 100 without a
+    /// bar.
+    pub fn nominal_bar_mm(&self) -> f64 {
+        self.bar_length_mm.map_or(DEFAULT_BAR_MM, |bar_mm| bar_mm.round().max(1.0))
     }
 
     /// How far before and behind its arc it runs as stated, or as usual, mm or deg.

@@ -118,7 +118,7 @@ pub fn table_head(samples: usize) -> Session {
                 name: format!("{name}-{way}"),
                 recording_file: None,
                 recording: None,
-                path: Some(TestPath::Sweep { axis: turns, from, to, step, follow }),
+                path: Some(TestPath::Sweep { axis: turns, from, to, step, follow, length_mm: None }),
                 started_at_s: 90.0 * tests.len() as f64,
                 bar_length_mm: Some(100.0),
                 bar_setup: None,

@@ -38,7 +38,8 @@ pub fn planned_thesis_session(samples: usize) -> Session {
         let (first, last) = (recording.positions[0][0], recording.positions[0][recording.len() - 1]);
         let (from, to) = (first.to_degrees(), last.to_degrees());
         let step = (to - from).abs() / (samples - 1) as f64;
-        test.path = Some(TestPath::Sweep { axis, from, to, step, follow: fiveaxis::session::Follow::None });
+        test.path =
+            Some(TestPath::Sweep { axis, from, to, step, follow: fiveaxis::session::Follow::None, length_mm: None });
     }
     session
 }

@@ -81,6 +81,7 @@ pub(crate) struct SweepFile {
     pub(crate) step: Option<f64>,
     #[serde(default)]
     pub(crate) follow: FollowFile,
+    pub(crate) length: Option<f64>,
 }
 
 #[derive(Deserialize, Default, Clone, Copy)]

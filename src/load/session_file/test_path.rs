@@ -7,6 +7,7 @@ use crate::load::checked_text::limits::ROWS;
 use crate::load::checked_text::message::LoadError;
 use crate::load::checked_text::quantity::finite;
 use crate::load::range::outside_range;
+use crate::load::rows::STROKE_LIMIT_MM;
 use crate::machine::AxisKind;
 use crate::session::{CirclePlane, Follow, Path as TestPath};
 
@@ -40,7 +41,8 @@ impl TestReader<'_> {
                     );
                     return Err(self.document.refuse(&at("sweep"), message));
                 }
-                Ok(Some(TestPath::Sweep { axis, from: sweep.from, to: sweep.to, step, follow }))
+                let length_mm = self.kept_mm(&at("sweep"), follow, sweep.length, raw.bar_length)?;
+                Ok(Some(TestPath::Sweep { axis, from: sweep.from, to: sweep.to, step, follow, length_mm }))
             }
             (None, Some(circle)) => {
                 let step = self.step(&at("circle"), circle.from, circle.to, circle.step)?;
@@ -50,6 +52,29 @@ impl TestReader<'_> {
                 }
                 Ok(Some(TestPath::Circle { plane, radius_mm: circle.radius, from: circle.from, to: circle.to, step }))
             }
+        }
+    }
+
+    /// Distance between the balls that following linear axes keep, where the file states it: within the stroke of the test's bar.
+    fn kept_mm(
+        &self,
+        place: &[Step],
+        follow: Follow,
+        length: Option<f64>,
+        bar_mm: Option<f64>,
+    ) -> Result<Option<f64>, LoadError> {
+        let Some(length_mm) = length else { return Ok(None) };
+        let length_mm = finite(self.document, place, length_mm)?;
+        let refuse = |message: String| Err(self.document.refuse(place, message));
+        match bar_mm {
+            _ if follow == Follow::None => refuse(
+                "'length' is what following linear axes keep between the balls; leave it out, or say 'follow'".into(),
+            ),
+            _ if length_mm <= 0.0 => refuse(format!("length is above zero, in mm, and not {length_mm}")),
+            Some(bar_mm) if (length_mm - bar_mm).abs() > STROKE_LIMIT_MM => refuse(format!(
+                "length is {length_mm} mm where the bar has {bar_mm} mm: it lies within {STROKE_LIMIT_MM} mm of it"
+            )),
+            _ => Ok(Some(length_mm)),
         }
     }
 

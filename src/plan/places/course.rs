@@ -61,9 +61,10 @@ impl Candidate {
 
     /// The session's path over an arc.
     pub fn path(&self, from: f64, to: f64) -> Path {
+        let sweep = |follow, length_mm| Path::Sweep { axis: self.axis, from, to, step: STEP_DEG, follow, length_mm };
         match &self.drive {
-            Drive::Turn => Path::Sweep { axis: self.axis, from, to, step: STEP_DEG, follow: Follow::None },
-            Drive::Follow(follow, _) => Path::Sweep { axis: self.axis, from, to, step: STEP_DEG, follow: *follow },
+            Drive::Turn => sweep(Follow::None, None),
+            Drive::Follow(follow, _) => sweep(*follow, Some(self.bar_mm)),
             Drive::Circle(plane, _) => {
                 Path::Circle { plane: plane.clone(), radius_mm: self.bar_mm, from, to, step: STEP_DEG }
             }

@@ -287,10 +287,14 @@ fn test_yaml(out: &mut String, machine: &Machine, test: &Test) {
     );
     match &test.path {
         None => {}
-        Some(Path::Sweep { axis, from, to, step, follow }) => {
+        Some(Path::Sweep { axis, from, to, step, follow, length_mm }) => {
+            let length = length_mm.map_or(String::new(), |length_mm| format!(", length: {length_mm}"));
             let follow = follow.name();
             let axis = text(&machine.axes[*axis].name);
-            line("sweep", Some(format!("{{axis: {axis}, from: {from}, to: {to}, step: {step}, follow: {follow}}}")));
+            line(
+                "sweep",
+                Some(format!("{{axis: {axis}, from: {from}, to: {to}, step: {step}, follow: {follow}{length}}}")),
+            );
         }
         Some(Path::Circle { plane, radius_mm, from, to, step }) => {
             let plane = format!("{}{}", machine.axes[plane.first].name, machine.axes[plane.second].name);

@@ -50,13 +50,17 @@ fn session_tests(planned: &PlannedTest, machine: &Machine) -> [Map<String, Value
             );
         }
         match &test.path {
-            Some(TestPath::Sweep { axis, from, to, step, follow: Follow::None }) => {
+            Some(TestPath::Sweep { axis, from, to, step, follow: Follow::None, .. }) => {
                 put("sweep", json!({ "axis": machine.axes[*axis].name, "from": from, "to": to, "step": step }));
             }
-            Some(TestPath::Sweep { axis, from, to, step, follow }) => {
+            Some(TestPath::Sweep { axis, from, to, step, follow, length_mm }) => {
                 let axis = &machine.axes[*axis].name;
                 let follow = follow.name();
-                put("sweep", json!({ "axis": axis, "from": from, "to": to, "step": step, "follow": follow }));
+                let mut sweep = json!({ "axis": axis, "from": from, "to": to, "step": step, "follow": follow });
+                if let Some(length_mm) = length_mm {
+                    sweep["length"] = json!(length_mm);
+                }
+                put("sweep", sweep);
             }
             Some(TestPath::Circle { plane, radius_mm, from, to, step }) => {
                 let plane = format!("{}{}", machine.axes[plane.first].name, machine.axes[plane.second].name);
