@@ -1,5 +1,8 @@
 //! What a test is drawn over: the position of an axis, or the angle of a planar circle. Where the bar points is `bar_turn`'s.
 
+use nalgebra::Vector2;
+
+use super::circle_fit::{FittedCircle, fit_circle};
 use crate::chain::Chain;
 use crate::machine::AxisKind;
 use crate::session::{Motion, MotionError, Path, Session, Test};
@@ -66,16 +69,19 @@ fn swept(session: &Session, test: &Test, motion: &Motion) -> Option<Swept> {
             Some(Path::Circle { plane, .. }) => (plane.first, plane.second),
             _ => plane_order(session, first, second),
         };
-        let pivot = circle_centre(motion, first, second);
-        let angle: Vec<f64> = (0..motion.rows())
-            .map(|row| (motion.row(row)[second] - pivot.1).atan2(motion.row(row)[first] - pivot.0))
-            .collect();
-        let radii = (0..motion.rows())
-            .map(|row| (motion.row(row)[second] - pivot.1).hypot(motion.row(row)[first] - pivot.0))
-            .sum::<f64>();
-        let radius_mm = Some(radii / motion.rows().max(1) as f64);
-        let value = unwrapped_deg(&angle);
-        return Some(Swept { over: SweptOver::Circle([first, second]), value, angle_rad: Some(angle), radius_mm });
+        let places: Vec<Vector2<f64>> =
+            (0..motion.rows()).map(|row| Vector2::new(motion.row(row)[first], motion.row(row)[second])).collect();
+        let way_mm = travel(first).hypot(travel(second));
+        let is_round = |circle: &FittedCircle| {
+            circle.rms_mm < MOST_UNROUND * circle.radius_mm && circle.radius_mm < FLATTEST * way_mm
+        };
+        if let Some(circle) = fit_circle(&places).filter(is_round) {
+            let off = places.iter().map(|place| place - circle.centre_mm);
+            let angle: Vec<f64> = off.map(|off| off.y.atan2(off.x)).collect();
+            let value = unwrapped_deg(&angle);
+            let (over, radius_mm) = (SweptOver::Circle([first, second]), Some(circle.radius_mm));
+            return Some(Swept { over, value, angle_rad: Some(angle), radius_mm });
+        }
     }
     let axis = farthest(AxisKind::Linear)?;
     let value = motion.axis(axis).collect();
@@ -88,18 +94,11 @@ fn plane_order(session: &Session, one: usize, other: usize) -> (usize, usize) {
     if (along(one) + 1) % 3 == along(other) { (one, other) } else { (other, one) }
 }
 
-/// Centre of the commanded positions of two axes, from three rows.
-fn circle_centre(motion: &Motion, first: usize, second: usize) -> (f64, f64) {
-    let point = |row: usize| (motion.row(row)[first], motion.row(row)[second]);
-    let rows = motion.rows();
-    // thirds of the path are far apart on full turns and short arcs alike
-    let (a, b, c) = (point(0), point(rows / 3), point(2 * rows / 3));
-    let twice = 2.0 * (a.0 * (b.1 - c.1) + b.0 * (c.1 - a.1) + c.0 * (a.1 - b.1));
-    let square = |p: (f64, f64)| p.0 * p.0 + p.1 * p.1;
-    let x = (square(a) * (b.1 - c.1) + square(b) * (c.1 - a.1) + square(c) * (a.1 - b.1)) / twice;
-    let y = (square(a) * (c.0 - b.0) + square(b) * (a.0 - c.0) + square(c) * (b.0 - a.0)) / twice;
-    if x.is_finite() && y.is_finite() { (x, y) } else { (0.0, 0.0) }
-}
+/// Distances of positions from a circle, rms over its radius, up to which two slides ran one: commands leave nothing, scales of a
+/// slide that were read stretch it by a thousandth.
+const MOST_UNROUND: f64 = 0.01;
+/// Radius over the travel from which an arc is a straight line: 6° of a circle.
+const FLATTEST: f64 = 10.0;
 
 /// Angles that run on over a whole turn; their middle lies between 0 and 360°, so that both directions have the same ones.
 fn unwrapped_deg(angle_rad: &[f64]) -> Vec<f64> {

@@ -66,8 +66,28 @@ pub fn quaternion(matrix: &Matrix3<f64>) -> [f64; 4] {
     [unit.w, unit.i, unit.j, unit.k].map(|part| sign * part)
 }
 
-/// Angles about x, the new y and the newest z, rad, of a rotation `Rx·Ry·Rz`.
+/// Angles about x, the new y and the newest z, rad, of a rotation `Rx·Ry·Rz`; with y at ±90°, where x and z are one turn, any that
+/// make it.
 pub fn euler_xyz(matrix: &Matrix3<f64>) -> [f64; 3] {
-    let y = matrix[(0, 2)].clamp(-1.0, 1.0).asin();
-    [(-matrix[(1, 2)]).atan2(matrix[(2, 2)]), y, (-matrix[(0, 1)]).atan2(matrix[(0, 0)])]
+    let y = matrix[(0, 2)].atan2(matrix[(0, 0)].hypot(matrix[(0, 1)]));
+    let z = (-matrix[(0, 1)]).atan2(matrix[(0, 0)]);
+    // with z taken back the second column is that of Rx, whatever z is
+    let second = matrix.column(0) * z.sin() + matrix.column(1) * z.cos();
+    [second.z.atan2(second.y), y, z]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn angles_make_the_rotation_again_where_two_of_them_are_one_turn() {
+        for y in [-90.0, -89.999_999, -30.0, 0.0, 60.0, 89.999_999_9, 90.0f64] {
+            for (x, z) in [(0.0f64, 0.0), (20.0, -70.0), (170.0, 100.0), (-120.0, 179.0f64)] {
+                let matrix = rotation_of_euler_xyz([x.to_radians(), y.to_radians(), z.to_radians()]);
+                let off = (rotation_of_euler_xyz(euler_xyz(&matrix)) - matrix).norm();
+                assert!(off < 1e-14, "{x} {y} {z}: {off}");
+            }
+        }
+    }
 }

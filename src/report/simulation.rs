@@ -1,9 +1,12 @@
 //! A summary of simulated traces as terminal text and JSON; the traces themselves are recordings, see `recording`.
 
+use std::collections::BTreeSet;
+
 use serde_json::{Value, json};
 
+use crate::readings::Kind;
 use crate::report::wording::table::Table;
-use crate::session::Session;
+use crate::session::{Session, Test};
 use crate::simulate::{SetupErrors, Trace};
 use crate::units::UM_PER_MM;
 
@@ -13,35 +16,41 @@ fn span_mm(trace: &Trace) -> (f64, f64) {
     finite.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), length| (low.min(length), high.max(length)))
 }
 
-/// What was written where, a line per test.
-pub fn simulation_text(session: &Session, traces: &[Trace], folder: &str) -> String {
+/// What was written where, a line per test; `files` are those that hold the readings of each, if any does.
+pub fn simulation_text(session: &Session, (traces, files): (&[Trace], &[Option<String>]), folder: &str) -> String {
     let mut table = Table::new(&["test", "rows", "shortest mm", "longest mm", "range µm"]);
-    for trace in traces {
+    for (test, trace) in session.tests.iter().zip(traces) {
         let (low, high) = span_mm(trace);
-        table.row(vec![
-            trace.test.clone(),
-            trace.length_mm.len().to_string(),
-            format!("{low:.4}"),
-            format!("{high:.4}"),
-            format!("{:.2}", (high - low) * UM_PER_MM),
-        ]);
+        // turns count at a lever where 1 µm stands for 1 arcsec
+        let is_turn = test.reading.is_turn();
+        let end = |mm: f64| if is_turn { format!("{:.1}″", mm * UM_PER_MM) } else { format!("{mm:.4}") };
+        let range = format!("{:.2}{}", (high - low) * UM_PER_MM, if is_turn { "″" } else { "" });
+        table.row(vec![trace.test.clone(), trace.length_mm.len().to_string(), end(low), end(high), range]);
     }
-    format!("{}: {} recordings written to {folder}\n\n{}", session.name, traces.len(), table.text())
+    let written: BTreeSet<&String> = files.iter().flatten().collect();
+    let is_same_point = |test: &Test| test.reading.part().is_some_and(|part| part.kind == Kind::SamePoint);
+    let untouched = match session.tests.iter().any(is_same_point) {
+        true => "same_point rows hold positions alone: nothing is simulated in them\n",
+        false => "",
+    };
+    format!("{}: {} recordings written to {folder}\n{untouched}\n{}", session.name, written.len(), table.text())
 }
 
 /// `fiveaxis simulate --json`: the tests, and the setup errors that were drawn.
-pub fn simulation_json(session: &Session, traces: &[Trace], setup: &SetupErrors) -> Value {
+pub fn simulation_json(
+    session: &Session,
+    (traces, files): (&[Trace], &[Option<String>]),
+    setup: &SetupErrors,
+) -> Value {
     let um = |values: &[f64]| values.iter().map(|value| value * UM_PER_MM).collect::<Vec<_>>();
-    let tests: Vec<Value> = session
-        .tests
+    let tests: Vec<Value> = traces
         .iter()
-        .zip(traces)
         .enumerate()
-        .map(|(index, (test, trace))| {
+        .map(|(index, trace)| {
             let (low, high) = span_mm(trace);
             json!({
                 "name": trace.test,
-                "recording": test.recording_file.clone().unwrap_or_else(|| format!("{}.csv", test.name)),
+                "recording": files[index],
                 "rows": trace.length_mm.len(),
                 "shortest_mm": low,
                 "longest_mm": high,

@@ -65,7 +65,8 @@ pub enum InstrumentError {
 impl Instrument {
     /// What the instrument reads of ideal traces; `traces` are those of the session's tests, in its order.
     ///
-    /// Every test has a random stream of its own: adding a test leaves the readings of the others as they were.
+    /// Every test has a random stream of its own, by its place in the session: adding one behind the others leaves their readings as they
+    /// were.
     pub fn read(&self, session: &Session, mut traces: Vec<Trace>, seed: u64) -> Result<Vec<Trace>, InstrumentError> {
         for (index, trace) in traces.iter_mut().enumerate() {
             let mut random = stream(seed, NOISE_STREAMS + index as u64);

@@ -32,15 +32,18 @@ impl SetupErrors {
         }
     }
 
-    /// Normal draws with the stated spreads; tests that share a setup share its error.
+    /// Normal draws with the stated spreads; tests that share a setup share its error. Places that are looked for by the readings stay
+    /// where they are, and axes of instruments and targets as they are turned.
     pub fn drawn(session: &Session, seed: u64) -> SetupErrors {
         let setups = Setups::of(session);
         let mut random = stream(seed, 0);
         let mut draw = |sigma: f64| -> f64 { sigma * Distribution::<f64>::sample(&StandardNormal, &mut random) };
+        // of a place that is looked for the spread is that of the search
+        let spread_mm = |setup: &Setup| if setup.is_looked_for() { 0.0 } else { setup.spread_mm };
         let pivots: Vec<Vector3<f64>> =
-            setups.pivots.iter().map(|setup| Vector3::from_fn(|_, _| draw(setup.spread_mm))).collect();
+            setups.pivots.iter().map(|setup| Vector3::from_fn(|_, _| draw(spread_mm(setup)))).collect();
         let balls: Vec<Vector3<f64>> =
-            setups.spindle_balls.iter().map(|setup| Vector3::from_fn(|_, _| draw(setup.spread_mm))).collect();
+            setups.spindle_balls.iter().map(|setup| Vector3::from_fn(|_, _| draw(spread_mm(setup)))).collect();
         let bar_sigma = |setup: &Setup| match setup.zero {
             Zero::Calibrated => setup.spread_mm,
             Zero::Free => SET_BY_HAND_MM,
@@ -48,10 +51,12 @@ impl SetupErrors {
         let bars: Vec<f64> = setups.bars.iter().map(|setup| draw(bar_sigma(setup))).collect();
         SetupErrors {
             pivot_mm: setups.pivot_of.iter().map(|&index| pivots[index]).collect(),
-            spindle_mm: (setups.spindle_ball_of.iter().zip(&session.tests))
-                .map(|(&index, test)| match balls.get(index) {
-                    Some(ball) => Vector3::from_fn(|k, _| test.spindle_ball.sign(k) * ball[k]),
-                    None => Vector3::zeros(),
+            spindle_mm: (session.tests.iter().enumerate())
+                .map(|(test, of)| match (setups.second_pivot_of[test], balls.get(setups.spindle_ball_of[test])) {
+                    // the other end of a known distance of two sockets
+                    (Some(second), _) => pivots[second],
+                    (None, Some(ball)) => Vector3::from_fn(|k, _| of.spindle_ball.sign(k) * ball[k]),
+                    (None, None) => Vector3::zeros(),
                 })
                 .collect(),
             bar_mm: setups.bar_of.iter().map(|bar| bar.map_or(0.0, |index| bars[index])).collect(),

@@ -107,15 +107,22 @@ pub fn run(arguments: &Arguments) -> Result<(), Refusal> {
         traces = instrument.read(&session, traces, arguments.seed)?;
     }
     let mut output = OutputFolder::default();
+    // by test the file that holds its readings; those of one reading follow each other in one file
+    let mut files: Vec<Option<String>> = Vec::new();
     for (index, (test, trace)) in session.tests.iter().zip(&traces).enumerate() {
         check_times(test, trace)?;
         if let Some(part) = test.reading.part() {
             if part.leads() {
                 let name = test.recording_file.clone().unwrap_or_else(|| format!("{}.csv", part.of));
+                files.push(Some(name.clone()));
                 // the numbers of a reading follow each other
                 let own = &traces[index..index + part.kind.scalars().len()];
                 let numbers: Vec<&[f64]> = own.iter().map(|trace| trace.length_mm.as_slice()).collect();
                 output.add(name, parts_csv(&session.machine, test, part, &trace.motion, &numbers));
+            } else {
+                // what is stated of two sockets is in no file
+                let before = files.last().cloned().flatten();
+                files.push(before.filter(|_| !test.reading.is_gap()));
             }
             continue;
         }
@@ -123,15 +130,16 @@ pub fn run(arguments: &Arguments) -> Result<(), Refusal> {
         let column = column_of(arguments.readings, test)?;
         let text = recording_csv(&session.machine, test, &trace.motion, &trace.length_mm, column);
         check_readable(&arguments.out.join(&name), &text, &session, test)?;
+        files.push(Some(name.clone()));
         output.add(name, text);
     }
     let sets = vec![(arguments.out.clone(), output)];
     write_all(sets, &session_inputs(&arguments.session, &session), Foreign::with(arguments.force))?;
     drop(working);
     if arguments.json {
-        print_json(&simulation_json(&session, &traces, &setup))
+        print_json(&simulation_json(&session, (&traces, &files), &setup))
     } else {
-        print(&simulation_text(&session, &traces, &arguments.out.display().to_string()))
+        print(&simulation_text(&session, (&traces, &files), &arguments.out.display().to_string()))
     }
 }
 
