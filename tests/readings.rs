@@ -420,6 +420,87 @@ fn a_gauge_with_the_other_sign_or_unit_is_named() {
     assert!(!said(1.0).contains("data fault"));
     assert!(said(-1.0).contains("the displacement of dial has the other sign"));
     assert!(said(1e-3).contains("the displacement of dial is in metres"));
+    assert!(said(1e3).contains("the displacement of dial is in µm"));
+    // what no chain predicts is as large in every unit
+    let rows: String = (0..60)
+        .map(|k| format!("{k},0.001,{:.7}\n", 0.3 * (0.7 * f64::from(k)).sin() + 1e-4 * f64::from(k % 3)))
+        .collect();
+    write("rows.csv", &format!("pose,C_deg,displacement_mm\n{rows}"));
+    let done = fiveaxis(&["diagnose", folder.path().join("session.yaml").to_str().unwrap(), "--json"]);
+    let text = String::from_utf8_lossy(&done.stdout);
+    assert!(!text.contains("convert the column"), "{text}");
+}
+
+/// Shift of a point along the x of a target that is turned by a quaternion, w first.
+fn along_x([w, x, y, z]: [f64; 4]) -> [f64; 3] {
+    [1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y + w * z), 2.0 * (x * z - w * y)]
+}
+
+#[test]
+fn a_target_that_moved_in_its_nest_is_named_and_found_once_it_has_a_setup_of_its_own() {
+    let folder = simulated(&CASES[0], "pose", 160);
+    let path = |name: &str| folder.path().join(name);
+    let text = std::fs::read_to_string(path("rows.csv")).unwrap();
+    let (header, body) = text.split_once('\n').unwrap();
+    let moved = |(row, line): (usize, &str)| {
+        let mut fields: Vec<String> = line.split(',').map(String::from).collect();
+        let shift = along_x(std::array::from_fn(|k| fields[10 + k].parse().unwrap()));
+        for k in 0..3 {
+            let by = if row < 90 { 0.0 } else { 0.5 * shift[k] };
+            // the instrument's noise
+            let noise = 0.01 * ((37 * row + 11 * k) % 7) as f64 / 7.0;
+            fields[7 + k] = (fields[7 + k].parse::<f64>().unwrap() + by + noise).to_string();
+        }
+        fields.join(",")
+    };
+    let lines: Vec<String> = body.lines().enumerate().map(moved).collect();
+    let write = |name: &str, lines: &[String]| {
+        std::fs::write(path(name), format!("{header}\n{}\n", lines.join("\n"))).unwrap();
+    };
+    write("rows.csv", &lines);
+    let session = |tests: &str| {
+        std::fs::write(path("session.yaml"), format!("machine: machine.yaml\nreadings: pose\ntests:\n{tests}"))
+            .unwrap();
+        let done = fiveaxis(&["identify", path("session.yaml").to_str().unwrap(), "--json"]);
+        (done.status.code(), String::from_utf8_lossy(&done.stdout).into_owned())
+    };
+    let first = "  - {name: a, recording: rows.csv, instrument: {link: b}, target: {link: J6}}\n";
+    let (code, said) = session(first);
+    assert_eq!(code, Some(3), "{said}");
+    assert!(said.contains("the target of test 'a' stands elsewhere from row 91 on"), "{said}");
+    assert!(said.contains("mounted-anew"), "{said}");
+    write("rows.csv", &lines[..90]);
+    write("later.csv", &lines[90..]);
+    let second = "  - {name: later, recording: later.csv, instrument: {link: b}, target: {link: J6, setup: second}}\n";
+    let (code, said) = session(&format!("{first}{second}"));
+    assert!(code == Some(0) && said.contains("\"verdict\": \"fits\""), "{said}");
+}
+
+#[test]
+fn a_distance_of_sockets_that_the_readings_contradict_is_named_and_one_stated_twice_refused() {
+    let shipped = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/real/sockets-panda/panda-3");
+    let folder = tempfile::tempdir().unwrap();
+    for file in std::fs::read_dir(&shipped).unwrap() {
+        let file = file.unwrap().path();
+        std::fs::copy(&file, folder.path().join(file.file_name().unwrap())).unwrap();
+    }
+    let text = std::fs::read_to_string(shipped.join("session.yaml")).unwrap();
+    let said = |text: &str| {
+        std::fs::write(folder.path().join("session.yaml"), text).unwrap();
+        let done = fiveaxis(&["identify", folder.path().join("session.yaml").to_str().unwrap(), "--json"]);
+        (done.status.code(), String::from_utf8_lossy(&done.stdout).into_owned())
+    };
+    let of_left = |by: &str| {
+        let (before, after) = text.split_once("[left-0, left-1], distance: 50").expect("a distance of 50 mm");
+        format!("{before}[left-0, left-1], distance: {by}{after}")
+    };
+    let (code, wrong) = said(&of_left("52"));
+    assert!(code == Some(3) && wrong.contains("leaves the distance left-0 to left-1"), "{wrong}");
+    assert!(!wrong.contains("\"determined\": true"), "{wrong}");
+    let (code, twice) = said(&of_left("50}\n  - {between: [left-1, left-0], distance: 51"));
+    assert!(code == Some(2) && twice.contains("is stated twice, 50 mm before"), "{twice}");
+    let (code, itself) = said(&of_left("50}\n  - {between: [left-1, left-1], distance: 51"));
+    assert!(code == Some(2) && itself.contains("names one socket twice"), "{itself}");
 }
 
 #[test]

@@ -34,7 +34,9 @@ pub fn locate_instruments(session: &mut Session, chain: &Chain) -> Result<(), (S
         let key = (mounting(&test.pivot), mounting(&test.spindle_ball));
         let Some(part) = test.reading.part() else { continue };
         let (kind, of) = (part.kind, part.of.clone());
-        if done.contains(&key) || test.recording.is_none() || !is_open(&test.pivot) {
+        // a second target is sought from where the instrument was found with the first one
+        let is_placed = !is_open(&test.pivot) && !is_open(&test.spindle_ball);
+        if done.contains(&key) || test.recording.is_none() || is_placed {
             continue;
         }
         let refuse = |message: &str| (of.clone(), message.to_string());

@@ -1,15 +1,15 @@
 //! Whether a fit fits and its readings can be judged at all: noise, outliers, and what was stated of set-up and machine. It names no mistake.
 
 use super::quick_fit::{LEAST_SPREAD_MM, MOST_STRAIN};
-use crate::identify::{Estimate, Fit, FreePrior, Quantity, Unknown};
-use crate::session::{Recording, Session};
+use crate::identify::{Estimate, Fit, FreePrior, Quantity, TestFit, Unknown};
+use crate::session::{Recording, Session, Test};
 use crate::statistics::{median, noise_of_rows};
 use statrs::function::erf::erfc;
 use std::f64::consts::SQRT_2;
 
 /// Noise from row to row above which readings cannot be judged, µm. Makers of ball bars state 0.5 to 1 µm for the gauge and
 /// 0.1 µm for its resolution: ten times the worst of it is a loose ball, a bad contact or another unit.
-const MOST_NOISE_UM: f64 = 10.0;
+pub(crate) const MOST_NOISE_UM: f64 = 10.0;
 
 /// The same for lengths that no bar measured, µm: laser trackers and draw wires.
 const MOST_NOISE_WITHOUT_BAR_UM: f64 = 100.0;
@@ -84,6 +84,9 @@ pub(crate) fn misfit(session: &Session, fit: &Fit) -> Option<String> {
             "the model leaves {rms_um:.0} µm rms, where {noise}a machine that works leaves less than {allowed_um:.0} µm"
         ));
     }
+    if let Some(says) = misfit_of_distances(session, fit) {
+        return Some(says);
+    }
     let farthest = fit
         .unknowns
         .iter()
@@ -106,6 +109,23 @@ pub(crate) fn misfit(session: &Session, fit: &Fit) -> Option<String> {
             measure.shown_unit()
         )
     })
+}
+
+/// The known distance of two sockets that a fit leaves farthest from what the session states, beyond what its spread allows.
+fn misfit_of_distances(session: &Session, fit: &Fit) -> Option<String> {
+    let of = |(test, fitted): (&Test, &TestFit)| {
+        let spread_mm = test.reading.part().filter(|_| test.reading.is_gap())?.noise_mm?.max(LEAST_SPREAD_MM);
+        let off_mm = fitted.residual_mm.iter().copied().find(|off| off.is_finite())?.abs();
+        Some((off_mm / spread_mm, off_mm, test.stated_name().to_string()))
+    };
+    let distances = session.tests.iter().zip(&fit.tests).filter_map(of);
+    let (ratio, off_mm, name) =
+        distances.max_by(|a, b| a.0.total_cmp(&b.0)).filter(|(ratio, ..)| *ratio > MOST_STRAIN)?;
+    Some(format!(
+        "the fit leaves the distance {name} {:.0} µm from what the session states, {ratio:.1} times its spread: that distance, another one, or \
+         which socket a test was recorded in is wrong",
+        1e3 * off_mm
+    ))
 }
 
 /// Residual, in noise from row to row, that gauges and set-ups do not leave: of 290 simulated sessions without an effect, with white

@@ -5,7 +5,7 @@ use super::data_fault::{DataFault, RECORDER};
 use super::doubts::{displaced, left_out_share, left_over, misfit, repeats_um, strained, unjudged, warnings};
 use super::gross_misfit::contest;
 use super::mistake_or_effect::held_against_physics;
-use super::places::frames::instrument_moved;
+use super::places::frames::moved;
 use super::places::standing::a_little_elsewhere;
 use super::quick_fit::{refit, robust_rms_mm, strain};
 use super::readings::columns::{coordinates_in_metres, mistaken_columns, mistaken_gauge};
@@ -107,7 +107,7 @@ pub(crate) fn examined(session: &Session, options: &Options) -> Result<Examinati
     if session.has_parts() && fault.is_none() {
         fault = misfit.as_ref().and_then(|_| mistaken_columns(session)).or_else(|| mistaken_gauge(session));
         fault = fault.or_else(|| coordinates_in_metres(session, fit.as_ref()?));
-        fault = fault.or_else(|| instrument_moved(session, options, fit.as_ref()?));
+        fault = fault.or_else(|| moved(session, options, fit.as_ref()?));
     }
     if fault.is_none() && !session.has_parts() && noisy.is_none() && misfit.is_some() {
         let gross = contest(session).map(|fault| match repeats_um {

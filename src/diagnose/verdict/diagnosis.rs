@@ -136,11 +136,10 @@ impl Diagnosis {
         let Explanation { columns, regression, left_mm, mut findings } = told;
         let covariance = regression.covariance();
         let mut location_errors = moved(fine, families, fit, (search, &regression, &covariance), hidden);
-        // beside a mistake in the files no number is what it seems
-        location_errors.iter_mut().for_each(|moved| moved.determined &= fault.is_none());
         let found = !findings.is_empty();
         let strained = found.then(|| strained_beside(fine, fit, (&regression, &covariance))).flatten();
-        location_errors.iter_mut().for_each(|moved| moved.determined &= strained.is_none());
+        // beside a mistake in the files no number is what it seems
+        location_errors.iter_mut().for_each(|moved| moved.determined &= fault.is_none() && strained.is_none());
         let placebos = placebos(fine, &findings, &columns, &search.noise_after);
         let transfers = transfers(fine, setups, &findings, &columns, &search.noise_after);
         let left = is_static.then(|| Left::of(fine, &Poses::of(fine), &left_mm)).flatten();

@@ -275,8 +275,22 @@ pub(crate) fn socket_distances(
             })
         };
         let (one, other) = (socket(&sockets.between[0])?, socket(&sockets.between[1])?);
-        if !(sockets.distance > 0.0 && sockets.distance < 1e5) || one.name == other.name {
-            return Err(document.refuse(&place, "a distance of two sockets is above 0 and below 100000 mm"));
+        if one.name == other.name {
+            return Err(document.refuse(&place, "'between' names one socket twice; name the tests of two"));
+        }
+        if !(sockets.distance > 0.0 && sockets.distance < 1e5) {
+            let message =
+                format!("a distance of two sockets is above 0 and below 100000 mm, and not {}", sockets.distance);
+            return Err(document.refuse(&place, message));
+        }
+        let is_same_pair = |earlier: &&SocketsFile| {
+            earlier.between == sockets.between || earlier.between.iter().rev().eq(&sockets.between)
+        };
+        if let Some(earlier) = raw[..index].iter().find(is_same_pair) {
+            let [one, other] = &sockets.between;
+            let message =
+                format!("the distance of {one} and {other} is stated twice, {} mm before; keep one", earlier.distance);
+            return Err(document.refuse(&place, message));
         }
         let spread = sockets.spread.as_ref().map(|value| positive_length(document, &place, value)).transpose()?;
         let Some(part) = one.reading.part() else { return Ok(None) };

@@ -1,12 +1,15 @@
-//! An instrument that was moved while points and poses were read. Mistakes in their columns stand in `readings::columns`.
+//! An instrument or a target that was moved while points and poses were read. Mistakes in their columns stand in `readings::columns`.
 
-use nalgebra::{Matrix6, SMatrix, SVector, Vector3, Vector6};
+use nalgebra::{Matrix3, Matrix6, SMatrix, SVector, Vector3, Vector6};
 
+use super::ball_places::End;
 use super::loaded::left_by_a_load;
+use crate::chain::{Chain, Geometry};
 use crate::diagnose::fault_kind::FaultKind;
-use crate::diagnose::preflight::data_fault::{DataFault, SESSION};
+use crate::diagnose::preflight::data_fault::{DataFault, SESSION, listed};
 use crate::identify::{Fit, Options, identify};
-use crate::session::{Session, Setups};
+use crate::readings::Kind;
+use crate::session::{Motion, Session, Setups, Test};
 use crate::statistics::{rms, robust_sigma};
 
 /// Share of the residual's squares that is left at most when the instrument stands elsewhere from some row on: with the errors as
@@ -22,9 +25,64 @@ const ROUNDING_MM: f64 = 1e-6;
 /// Tag of an instrument's second place.
 const SECOND: &str = "second";
 
-/// An instrument that was moved during a session: the residual is a shift and a turn of its frame before a row, and another after.
-pub(crate) fn instrument_moved(session: &Session, options: &Options, fit: &Fit) -> Option<DataFault> {
-    let moved = visits(session, fit).into_iter().filter_map(|visits| {
+/// An instrument, or a target on its link, that was moved during a session.
+pub(crate) fn moved(session: &Session, options: &Options, fit: &Fit) -> Option<DataFault> {
+    let moved = [End::Pivot, End::Spindle].into_iter().filter_map(|end| moved_at(session, options, fit, end));
+    let once = moved.min_by(|one, other| one.after_um.total_cmp(&other.after_um));
+    let before_um = once.as_ref().map_or(1e3 * all_mm(fit), |once| once.after_um);
+    anew_in_each(session, options, fit)
+        .filter(|each| each.after_um.powi(2) < MOST_LEFT_REFITTED * before_um.powi(2))
+        .or(once)
+}
+
+/// Rms of what a fit leaves of all readings, mm: rows after a move may have been left out as outliers.
+fn all_mm(fit: &Fit) -> f64 {
+    rms(fit.tests.iter().flat_map(|test| &test.residual_mm).copied().filter(|value| value.is_finite()))
+}
+
+/// An instrument that was zeroed or mounted anew for each of its tests.
+fn anew_in_each(session: &Session, options: &Options, fit: &Fit) -> Option<DataFault> {
+    let each = visits(session, fit, End::Pivot).into_iter().filter_map(|visits| {
+        let by_test: Vec<&[Visit]> = visits.chunk_by(|one, next| one.test == next.test).collect();
+        let squares: f64 = visits.iter().map(|visit| visit.left.norm_squared()).sum();
+        let explained: f64 = by_test.iter().map(|visits| Sums::of(visits).explained()).sum();
+        let tests: Vec<usize> = by_test.iter().map(|visits| visits[0].test).collect();
+        let left = 1.0 - explained / squares;
+        let is_each = tests.len() > 1 && by_test.iter().all(|visits| visits.len() >= LEAST_ROWS) && left < MOST_LEFT;
+        is_each.then_some((left, tests))
+    });
+    let (left, tests) = each.min_by(|a, b| a.0.total_cmp(&b.0))?;
+    let mut split = session.clone();
+    for (count, &first) in tests.iter().enumerate().skip(1) {
+        let numbers = session.tests[first].reading.part().map_or(0, |part| part.kind.scalars().len());
+        let of_test = &mut split.tests[first..first + numbers];
+        of_test.iter_mut().for_each(|test| End::Pivot.mount_anew(test, format!("{SECOND} {count}"), None));
+    }
+    let refitted = identify(&split, options).ok()?;
+    let before_um = 1e3 * all_mm(fit);
+    let left = left.min((all_mm(&refitted) / all_mm(fit)).powi(2));
+    if left_by_a_load(session, fit).is_some_and(|left_by_load| left_by_load <= left) {
+        return None;
+    }
+    let names: Vec<String> = tests.iter().map(|&test| session.tests[test].stated_name().to_string()).collect();
+    let says = format!(
+        "the instrument of {} stands elsewhere in each of these tests: it was zeroed or mounted anew between them; give each a setup of its \
+         own, instrument: {{link: {}, setup: …}}",
+        listed(&names),
+        session.tests[tests[0]].pivot.link
+    );
+    let fault = DataFault {
+        before_um,
+        after_um: before_um * left.sqrt(),
+        ..DataFault::seen(FaultKind::InstrumentMoved, SESSION, names, says)
+    };
+    Some(fault)
+}
+
+/// What stood at one end of the readings elsewhere from some row on: the residual is a shift and a turn of its frame before that row, and another
+/// after; of a target a shift on its link alone.
+fn moved_at(session: &Session, options: &Options, fit: &Fit, end: End) -> Option<DataFault> {
+    let moved = visits(session, fit, end).into_iter().filter_map(|visits| {
         let (at, left) = change(&visits)?;
         (left < MOST_LEFT && left < left_by_drift(&visits)).then_some((left, visits, at))
     });
@@ -32,11 +90,8 @@ pub(crate) fn instrument_moved(session: &Session, options: &Options, fit: &Fit) 
     let (first, row) = (visits[at].test, visits[at].row);
     let later: Vec<usize> = visits[at..].iter().map(|visit| visit.test).filter(|&test| test != first).collect();
     let begins_there = !visits[..at].iter().any(|visit| visit.test == first);
-    let split = with_second_frame(session, (first, row), &later);
+    let split = with_second_place(session, end, (first, row), &later);
     let refitted = identify(&split, options).ok()?;
-    // rows after the move may have been left out as outliers
-    let all_mm =
-        |fit: &Fit| rms(fit.tests.iter().flat_map(|test| &test.residual_mm).copied().filter(|v| v.is_finite()));
     let refitted_left = (all_mm(&refitted) / all_mm(fit)).powi(2);
     if refitted_left > MOST_LEFT_REFITTED {
         return None;
@@ -48,11 +103,15 @@ pub(crate) fn instrument_moved(session: &Session, options: &Options, fit: &Fit) 
     let left = left.min(refitted_left);
     let test = &session.tests[first];
     let of = test.stated_name().to_string();
-    let second = format!("instrument: {{link: {}, setup: second}}", test.pivot.link);
+    let (what, kind, place) = match end {
+        End::Pivot => ("instrument", FaultKind::InstrumentMoved, SESSION),
+        End::Spindle => ("target", FaultKind::MountedAnew, TARGET),
+    };
+    let second = format!("{what}: {{link: {}, setup: second}}", end.of(test).link);
     let mut says = match begins_there {
-        true => format!("the instrument of test '{of}' stands elsewhere than before: give that test {second}"),
+        true => format!("the {what} of test '{of}' stands elsewhere than before: give that test {second}"),
         false => format!(
-            "the instrument of test '{of}' stands elsewhere from row {} on: give these rows a test of their own with {second}",
+            "the {what} of test '{of}' stands elsewhere from row {} on: give these rows a test of their own with {second}",
             row + 1
         ),
     };
@@ -60,21 +119,21 @@ pub(crate) fn instrument_moved(session: &Session, options: &Options, fit: &Fit) 
         says.push_str("; the tests after it have the same second setup");
     }
     let before_um = 1e3 * all_mm(fit);
-    let fault = DataFault {
-        before_um,
-        after_um: before_um * left.sqrt(),
-        ..DataFault::seen(FaultKind::InstrumentMoved, SESSION, vec![of], says)
-    };
-    Some(fault.or_effect(evenness(&split, &refitted), None))
+    let fault =
+        DataFault { before_um, after_um: before_um * left.sqrt(), ..DataFault::seen(kind, place, vec![of], says) };
+    Some(fault.or_effect(evenness(&split, &refitted, end), None))
 }
+
+/// Where a target is mounted.
+const TARGET: &str = "target";
 
 /// What is left on either side of a move may differ by so many times: poses are others there.
 const EITHER_SIDE: f64 = 2.0;
 
 /// How evenly a fit leaves its residual before a move and after it, one where both sides are alike: another mistake leaves far more on its own
 /// side.
-fn evenness(split: &Session, refitted: &Fit) -> f64 {
-    let is_second = |test: &usize| split.tests[*test].pivot.setup.as_deref() == Some(SECOND);
+fn evenness(split: &Session, refitted: &Fit, end: End) -> f64 {
+    let is_second = |test: &usize| end.of(&split.tests[*test]).setup.as_deref() == Some(SECOND);
     let (after, before): (Vec<usize>, Vec<usize>) = (0..split.tests.len()).partition(is_second);
     let left_mm = |tests: Vec<usize>| {
         robust_sigma(
@@ -85,7 +144,8 @@ fn evenness(split: &Session, refitted: &Fit) -> f64 {
     (EITHER_SIDE * before.min(after) / before.max(after)).min(1.0)
 }
 
-/// A pose that an instrument saw: first number of its test, row, time as a share of all, point and what is left of it, mm.
+/// A pose that an instrument saw: first number of its test, row, time as a share of all, point and what is left of it, mm; for a target both
+/// as its link has them, the point at its own origin, about which no turn shows.
 struct Visit {
     test: usize,
     row: usize,
@@ -94,27 +154,37 @@ struct Visit {
     left: Vector3<f64>,
 }
 
-/// What each instrument saw, in the order of the session, points from their middle; none of one that saw too little.
-fn visits(session: &Session, fit: &Fit) -> Vec<Vec<Visit>> {
-    let instrument_of = Setups::of(session).pivot_of;
+/// What each instrument saw, or was seen of each target, in the order of the session, points from their middle; none of one that saw
+/// too little.
+fn visits(session: &Session, fit: &Fit, end: End) -> Vec<Vec<Visit>> {
+    let setups = Setups::of(session);
+    let chain = Chain::of(&session.machine);
     let firsts = (0..session.tests.len()).filter(|&test| session.tests[test].is_first_of_sighting());
     let mut order: Vec<usize> = firsts.collect();
     order.sort_by(|&a, &b| session.tests[a].started_at_s.total_cmp(&session.tests[b].started_at_s));
-    let mut by_instrument: Vec<(usize, Vec<Visit>)> = Vec::new();
+    let mut by_setup: Vec<(usize, Vec<Visit>)> = Vec::new();
     for test in order {
         let number = |k: usize, row: usize| session.tests[test + k].recording.as_ref().map(|r| r.length_mm[row]);
+        let turns = match end {
+            End::Pivot => None,
+            End::Spindle => turns_of_link(session, &chain, test),
+        };
         let seen = (0..session.tests[test].rows()).filter_map(|row| {
-            let left = [0, 1, 2].map(|k| fit.tests[test + k].residual_mm[row]);
-            let point = [0, 1, 2].map(|k| number(k, row).unwrap_or(f64::NAN));
-            let (left, point) = (Vector3::from(left), Vector3::from(point));
+            let left = Vector3::from([0, 1, 2].map(|k| fit.tests[test + k].residual_mm[row]));
+            let point = Vector3::from([0, 1, 2].map(|k| number(k, row).unwrap_or(f64::NAN)));
+            let (point, left) = match &turns {
+                None => (point, left),
+                Some(turns) => (Vector3::zeros(), turns.get(row)?.transpose() * left),
+            };
             left.iter().all(|value| value.is_finite()).then_some(Visit { test, row, at: 0.0, point, left })
         });
-        match by_instrument.iter_mut().find(|(instrument, _)| *instrument == instrument_of[test]) {
+        let setup = end.setup_of(&setups, test);
+        match by_setup.iter_mut().find(|(of, _)| *of == setup) {
             Some((_, visits)) => visits.extend(seen),
-            None => by_instrument.push((instrument_of[test], seen.collect())),
+            None => by_setup.push((setup, seen.collect())),
         }
     }
-    let visits = by_instrument.into_iter().map(|(_, visits)| visits);
+    let visits = by_setup.into_iter().map(|(_, visits)| visits);
     let is_much = |visits: &Vec<Visit>| {
         visits.len() >= 2 * LEAST_ROWS && rms(visits.iter().flat_map(|visit| visit.left.iter().copied())) > ROUNDING_MM
     };
@@ -130,18 +200,41 @@ fn visits(session: &Session, fit: &Fit) -> Vec<Vec<Visit>> {
     visits.filter(is_much).map(from_middle).collect()
 }
 
-/// The session with the instrument mounted anew from a row of a test on, and in later tests.
-fn with_second_frame(session: &Session, (first, row): (usize, usize), later: &[usize]) -> Session {
+/// Rotation of the target's link as the instrument has it, row by row of a test.
+fn turns_of_link(session: &Session, chain: &Chain, test: usize) -> Option<Vec<Matrix3<f64>>> {
+    let test = &session.tests[test];
+    let motion = Motion::of(session, chain, test).ok()?;
+    let (pivot, target) = test.links(chain).ok()?;
+    let axes = test.reading.part()?.instrument_axes;
+    let geometry = Geometry::nominal(chain);
+    let turn = |row: usize| {
+        let [frame, carried] = [pivot, target].map(|link| geometry.pose(link, motion.row(row), None).rotation);
+        (frame * axes).transpose() * carried
+    };
+    Some((0..motion.rows()).map(turn).collect())
+}
+
+/// How far from its first place a target is looked for, mm and rad, each one standard deviation: as those that no file places.
+const SOUGHT: (f64, f64) = (100.0, 0.1);
+
+/// The session with what stands at an end mounted anew from a row of a test on, and in later tests.
+fn with_second_place(session: &Session, end: End, (first, row): (usize, usize), later: &[usize]) -> Session {
     let mut split = session.clone();
+    let mount = |test: &mut Test| {
+        let sought_mm = (end == End::Spindle).then_some(SOUGHT.0);
+        end.mount_anew(test, SECOND.into(), sought_mm);
+        if let Some(part) = test.reading.part_mut().filter(|part| end == End::Spindle && part.kind == Kind::Pose) {
+            part.target_turn_rad = Some(SOUGHT.1);
+        }
+    };
     let numbers = |test: usize| session.tests[test].reading.part().map_or(0, |part| part.kind.scalars().len());
     for &test in later {
-        let of_test = &mut split.tests[test..test + numbers(test)];
-        of_test.iter_mut().for_each(|test| test.pivot.setup = Some(SECOND.into()));
+        split.tests[test..test + numbers(test)].iter_mut().for_each(mount);
     }
     for index in first..first + numbers(first) {
         let mut second = session.tests[index].clone();
         second.name.push_str(" from there");
-        second.pivot.setup = Some(SECOND.into());
+        mount(&mut second);
         for (test, is_second) in [(&mut split.tests[index], false), (&mut second, true)] {
             let lengths = test.recording.iter_mut().flat_map(|recording| recording.length_mm.iter_mut().enumerate());
             lengths.filter(|(at, _)| (*at >= row) != is_second).for_each(|(_, value)| *value = f64::NAN);
@@ -153,8 +246,7 @@ fn with_second_frame(session: &Session, (first, row): (usize, usize), later: &[u
 
 /// The visit from which another place of the instrument explains most, and the share of squares that is left then.
 fn change(visits: &[Visit]) -> Option<(usize, f64)> {
-    let mut total = Sums::default();
-    visits.iter().for_each(|visit| total.add(&visit.point, &visit.left));
+    let total = Sums::of(visits);
     let mut before = Sums::default();
     let mut best: Option<(usize, f64)> = None;
     for (count, visit) in visits.iter().enumerate() {
@@ -218,6 +310,12 @@ struct Sums {
 const LEVER: f64 = 1e3;
 
 impl Sums {
+    fn of(visits: &[Visit]) -> Sums {
+        let mut sums = Sums::default();
+        visits.iter().for_each(|visit| sums.add(&visit.point, &visit.left));
+        sums
+    }
+
     fn add(&mut self, point: &Vector3<f64>, left: &Vector3<f64>) {
         let columns = frame_columns(point);
         self.matrix += columns.transpose() * columns;

@@ -4,14 +4,15 @@ use super::undone::Undone;
 use crate::chain::Chain;
 use crate::diagnose::fault_kind::FaultKind;
 use crate::diagnose::preflight::data_fault::RECORDER;
-use crate::identify::{Problem, residual_mm};
+use crate::diagnose::preflight::doubts::MOST_NOISE_UM;
+use crate::identify::{FreePrior, Problem, residual_mm};
 use crate::readings::Kind;
 use crate::session::{Session, Setups, Test};
-use crate::statistics::{median, rms};
+use crate::statistics::{median, noise_of_rows, rms};
 use crate::units::OtherUnit;
 
-/// The largest scatter of a gauge about the nominal chain, its zero wherever it fits best.
-pub(super) fn gauges_mm(session: &Session) -> Option<f64> {
+/// The largest scatter of a gauge about the nominal chain, its zero wherever it fits best, at the size at which it was read.
+pub(super) fn gauges_mm(session: &Session, scale_of: &dyn Fn(&Test) -> f64) -> Option<f64> {
     let chain = Chain::of(&session.machine);
     let setups = Setups::of(session);
     let problem = Problem::new(session, &chain, &setups, Vec::new()).ok()?;
@@ -19,13 +20,20 @@ pub(super) fn gauges_mm(session: &Session) -> Option<f64> {
     let scatter = |test: usize| {
         let read = || residual_mm[test].iter().copied().filter(|value| value.is_finite());
         let zero = median(read())?;
-        Some(rms(read().map(|value| value - zero)))
+        Some(rms(read().map(|value| value - zero)) / scale_of(&session.tests[test]))
     };
     (0..session.tests.len()).filter(|&test| is_gauge(&session.tests[test])).filter_map(scatter).max_by(f64::total_cmp)
 }
 
 fn is_gauge(test: &Test) -> bool {
     test.reading.part().is_some_and(|part| part.kind == Kind::Displacement)
+}
+
+/// Whether a gauge is off by more than a machine errs and scatters from row to row by more than a gauge in order.
+fn beyond_any_machine(session: &Session) -> bool {
+    let is_far = gauges_mm(session, &|_| 1.0).is_some_and(|mm| mm > FreePrior::of(&session.machine).length_mm);
+    let of = session.tests.iter().filter(|test| is_gauge(test)).filter_map(|test| test.recording.as_ref());
+    is_far && of.map(|recording| 1e3 * noise_of_rows(&recording.length_mm)).fold(0.0, f64::max) > MOST_NOISE_UM
 }
 
 /// Senses and units of displacements: of one gauge, undone.
@@ -44,6 +52,7 @@ pub(super) fn mistakes_of_gauges(session: &Session) -> Vec<Undone> {
             gauges.push(test);
         }
     }
+    let are_no_mm = beyond_any_machine(session);
     let every: Vec<String> = gauges.iter().map(|gauge| gauge.name.clone()).collect();
     let mut groups: Vec<Vec<String>> = every.iter().map(|name| vec![name.clone()]).collect();
     if every.len() > 1 {
@@ -61,7 +70,9 @@ pub(super) fn mistakes_of_gauges(session: &Session) -> Vec<Undone> {
                 lengths.for_each(|value| *value *= factor);
             }
             let (components, says) = (vec!["displacement".to_string()], format!("{whom} {words}"));
-            Undone { kind, place: RECORDER, components, says, session: undone }
+            // so large and so restless no reading in mm is: how much smaller it gets says nothing more
+            let scale = if are_no_mm && factor < 1.0 { 1.0 } else { factor.abs() };
+            Undone { kind, place: RECORDER, components, says, session: undone, scale: (scale, Some(names.clone())) }
         })
     };
     groups.iter().flat_map(of).collect()

@@ -16,13 +16,14 @@ mod rotations;
 mod undone;
 
 use rayon::prelude::*;
+use std::f64::consts::SQRT_2;
 
 use crate::diagnose::cause::MOST_RIVALS;
 use crate::diagnose::fault_kind::FaultKind;
 use crate::diagnose::preflight::data_fault::{DataFault, RECORDER, Rival};
 use crate::identify::Fit;
 use crate::readings::{Kind, LEVER_MM, Scalar};
-use crate::session::Session;
+use crate::session::{Session, Test};
 use crate::statistics::{NOISE_FLOOR_MM, robust_sigma};
 
 use gauges::{gauges_mm, mistakes_of_gauges};
@@ -43,7 +44,7 @@ const GAUGE_NEAR_NOMINAL_MM: f64 = 0.1;
 const AS_LIKELY_UP_TO: f64 = 1.5;
 
 /// What readings are compared by, over all of them: coordinates or rotations (mm or rad), or one gauge's displacements (mm).
-type Measure = fn(&Session) -> Option<f64>;
+type Measure = fn(&Session, &dyn Fn(&Test) -> f64) -> Option<f64>;
 
 /// A mistake in columns or statements that makes the readings fit the nominal chain once it is undone.
 pub(crate) fn mistaken_columns(session: &Session) -> Option<DataFault> {
@@ -68,8 +69,9 @@ pub(crate) fn coordinates_in_metres(session: &Session, fit: &Fit) -> Option<Data
         let of = (0..session.tests.len())
             .filter(is_pose)
             .filter(|&test| session.tests[test].reading.part().is_some_and(|part| is_wanted(&part.scalar)));
-        let left = of.flat_map(|test| &fit.tests[test].residual_mm).copied().filter(|left| left.is_finite());
-        robust_sigma(left)
+        // from pose to pose: a target that turned in its nest is no noise
+        let steps = of.flat_map(|test| fit.tests[test].residual_mm.windows(2)).map(|pair| pair[1] - pair[0]);
+        robust_sigma(steps.filter(|step| step.is_finite())) / SQRT_2
     };
     let coordinates_mm = left_mm(|scalar| matches!(scalar, Scalar::Coordinate(_)));
     let rotations_mm = left_mm(|scalar| !matches!(scalar, Scalar::Coordinate(_)));
@@ -96,8 +98,11 @@ fn best(
     to_um: f64,
     mistakes: fn(&Session) -> Vec<Undone>,
 ) -> Option<DataFault> {
-    let before = measure(session).filter(|misfit| *misfit > near)?;
-    let judged = mistakes(session).into_par_iter().filter_map(|one| Some((measure(&one.session)?, one)));
+    let before = measure(session, &|_| 1.0).filter(|misfit| *misfit > near)?;
+    let judged = mistakes(session).into_par_iter().filter_map(|one| {
+        let left = measure(&one.session, &|test| one.scale_of(test))?;
+        Some((left, one))
+    });
     let mut judged: Vec<(f64, Undone)> = judged.collect();
     judged.sort_by(|a, b| a.0.total_cmp(&b.0));
     let mut alike = judged.into_iter();

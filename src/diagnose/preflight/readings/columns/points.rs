@@ -2,7 +2,7 @@
 
 use nalgebra::Vector3;
 
-use super::undone::Undone;
+use super::undone::{AS_READ, Undone};
 use crate::chain::Chain;
 use crate::diagnose::fault_kind::FaultKind;
 use crate::diagnose::preflight::data_fault::{RECORDER, SESSION};
@@ -13,9 +13,10 @@ use crate::units::OtherUnit;
 /// Rows by which readings may stand beside those of other poses: a header lost, a pose left out, a table pasted beside another.
 const MOST_ROWS_OFF: i64 = 3;
 
-/// Distance of the points from the nominal chain, mm; `None` without points.
-pub(super) fn points_mm(session: &Session) -> Option<f64> {
-    sighted_misfit(session, &Chain::of(&session.machine)).map(|misfit| misfit.point_mm)
+/// Distance of the points from the nominal chain at the size at which they were read, mm; `None` without points.
+pub(super) fn points_mm(session: &Session, scale_of: &dyn Fn(&Test) -> f64) -> Option<f64> {
+    let scale = session.tests.iter().find(|test| test.is_sighted()).map_or(1.0, scale_of);
+    sighted_misfit(session, &Chain::of(&session.machine)).map(|misfit| misfit.point_mm / scale)
 }
 
 /// Every mistake of points and poses that coordinates tell, undone.
@@ -25,11 +26,8 @@ pub(super) fn mistakes_of_points(session: &Session) -> Vec<Undone> {
     list.extend(units_of_positions(session));
     for OtherUnit { name: unit, size: factor } in [OtherUnit::METRES, OtherUnit::INCHES] {
         let undone = with_coordinates(session, |point| point * factor);
-        list.push(of_coordinates(
-            FaultKind::Unit,
-            format!("coordinates are in {unit}: convert the columns to mm"),
-            undone,
-        ));
+        let says = format!("coordinates are in {unit}: convert the columns to mm");
+        list.push(Undone { scale: (factor, None), ..of_coordinates(FaultKind::Unit, says, undone) });
     }
     // with the instrument's axes unknown every exchange of two columns looks like every other, and like a mirrored axis
     let says = "two of the columns x, y and z of the readings are exchanged, or one of the instrument's axes is mirrored: correct the header";
@@ -41,7 +39,7 @@ pub(super) fn mistakes_of_points(session: &Session) -> Vec<Undone> {
 }
 
 fn of_coordinates(kind: FaultKind, says: String, session: Session) -> Undone {
-    Undone { kind, place: RECORDER, components: vec!["coordinates".into()], says, session }
+    Undone { kind, place: RECORDER, components: vec!["coordinates".into()], says, session, scale: AS_READ }
 }
 
 /// Axes that count the other way: one, or all that carry the workpiece, as another convention has them.
@@ -60,6 +58,7 @@ fn senses(session: &Session) -> Vec<Undone> {
             "{name} counts the other way: add 'reversed: true' to it in the machine file, or take it away there"
         ),
         session: with(&[axis]),
+        scale: AS_READ,
     };
     let mut list: Vec<Undone> = names.iter().enumerate().map(one).collect();
     let table = session.machine.table_axes();
@@ -69,7 +68,14 @@ fn senses(session: &Session) -> Vec<Undone> {
             "{} count the other way, all that carry the workpiece: state the other 'directions' (iso841 or carried) in the machine file",
             components.join(", ")
         );
-        list.push(Undone { kind: FaultKind::AxisSign, place: SESSION, components, says, session: with(&table) });
+        list.push(Undone {
+            kind: FaultKind::AxisSign,
+            place: SESSION,
+            components,
+            says,
+            session: with(&table),
+            scale: AS_READ,
+        });
     }
     list
 }
@@ -94,6 +100,7 @@ fn exchanged(session: &Session) -> Vec<Undone> {
             };
             (other, value)
         }),
+        scale: AS_READ,
     };
     alike.map(of).collect()
 }
@@ -121,6 +128,7 @@ fn units_of_positions(session: &Session) -> Vec<Undone> {
             components: vec![components],
             says,
             session,
+            scale: AS_READ,
         };
         let all = format!("positions of {word} axes are in {unit}: convert them to {due}");
         let mut list = vec![undone("positions".into(), all, with(&axes))];
@@ -167,6 +175,7 @@ fn other_links(session: &Session) -> Vec<Undone> {
                     components: vec![link.clone()],
                     says: format!("the {end} on {link} stands on {other}: correct its link in the session"),
                     session: undone,
+                    scale: AS_READ,
                 });
             }
         }
@@ -193,6 +202,7 @@ fn rows_off(session: &Session) -> Vec<Undone> {
             components: vec!["coordinates".into()],
             says,
             session: undone,
+            scale: AS_READ,
         }
     };
     offs.map(of).collect()

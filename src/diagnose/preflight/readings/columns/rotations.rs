@@ -4,18 +4,18 @@ use std::sync::Arc;
 
 use nalgebra::{Matrix3, Vector3};
 
-use super::undone::Undone;
+use super::undone::{AS_READ, Undone};
 use crate::chain::Chain;
 use crate::diagnose::fault_kind::FaultKind;
 use crate::diagnose::preflight::data_fault::RECORDER;
 use crate::readings::{Kind, euler_xyz, quaternion, rotation, rotation_of_euler_xyz, rotation_of_quaternion};
-use crate::session::{Session, sighted_misfit};
+use crate::session::{Session, Test, sighted_misfit};
 
 /// A rotation as it would be, read in another form.
 type Reread = fn(&Matrix3<f64>) -> Matrix3<f64>;
 
 /// Angle between the rotations and the nominal chain, rad; `None` without rotations.
-pub(super) fn turns_rad(session: &Session) -> Option<f64> {
+pub(super) fn turns_rad(session: &Session, _scale_of: &dyn Fn(&Test) -> f64) -> Option<f64> {
     sighted_misfit(session, &Chain::of(&session.machine))?.turn_rad
 }
 
@@ -89,6 +89,7 @@ pub(super) fn mistakes_of_rotations(session: &Session) -> Vec<Undone> {
         .into_iter()
         .filter(|form| form.column.is_none_or(has))
         .map(|form| Undone {
+            scale: AS_READ,
             kind: form.kind,
             place: RECORDER,
             components: vec!["rotations".into()],
