@@ -49,6 +49,37 @@ fn drifts_and_steps_are_told_from_scatter() {
 }
 
 #[test]
+fn few_sessions_tell_a_step_and_a_drift_that_are_far_above_their_scatter() {
+    const RUNS: u64 = 100;
+    for sessions in 4..=8 {
+        let mut random = ChaCha8Rng::seed_from_u64(sessions);
+        let noise = Normal::new(0.0, 0.05).expect("normal");
+        let (mut told, mut within) = (0, 0);
+        for _ in 0..RUNS {
+            let mut points = |course: &dyn Fn(u64) -> f64| -> Vec<Point> {
+                let of = |k| Point {
+                    day: 30.0 * k as f64,
+                    value: 10.0 + course(k) + noise.sample(&mut random),
+                    sigma: 0.05,
+                };
+                (0..sessions).map(of).collect()
+            };
+            let step = trend(&points(&|k| if k >= sessions / 2 { 200.0 } else { 0.0 }));
+            let drift = trend(&points(&|k| 50.0 * k as f64));
+            if let Course::Step { by, sigma, .. } = step.course {
+                (told, within) = (told + 1, within + u64::from((by - 200.0).abs() < 2.0 * sigma));
+            }
+            if let Course::Drift { per_day, sigma } = drift.course {
+                (told, within) = (told + 1, within + u64::from((30.0 * per_day - 50.0).abs() < 60.0 * sigma));
+            }
+        }
+        println!("{sessions} sessions: {told} of {} told, {within} within two sigma", 2 * RUNS);
+        assert_eq!(told, 2 * RUNS, "{sessions} sessions");
+        assert!(within * 100 >= told * 90, "{sessions} sessions: {within} of {told}");
+    }
+}
+
+#[test]
 fn a_machine_that_only_scatters_is_told_steady_however_few_the_sessions() {
     // eight errors of a machine, sessions that know them to 0.2 and scatter by 4: one machine in twenty at most is told as moving
     const MACHINES: u64 = 400;

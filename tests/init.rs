@@ -19,7 +19,7 @@ fn init(folder: &Path, options: &[&str]) -> Output {
 }
 
 /// Table 1.1's codes and those of Fig. 1.1, with the C600U's.
-const CODES: [&str; 14] = [
+const CODES: [&str; 15] = [
     "[wCAXYbZt]",
     "[wCBXYbZt]",
     "[wCAYXbZt]",
@@ -34,6 +34,7 @@ const CODES: [&str; 14] = [
     "[wCXbYZAt]",
     "[wCAYbXZt]",
     "[wCAbYXZt]",
+    "[wAbXYZCt]",
 ];
 
 fn options(code: &str) -> Vec<String> {

@@ -165,6 +165,48 @@ fn singular_directions_and_those_out_of_reach_are_told() {
     assert!((by_deg - 0.1f64.atan().to_degrees()).abs() < 1e-9, "{by_deg}");
 }
 
+fn machine_of(text: &str) -> Machine {
+    fiveaxis::load::machine_from_yaml(Path::new("machine.yaml"), text.to_string()).expect("machine")
+}
+
+#[test]
+fn of_a_hundred_turns_the_nearest_are_told() {
+    let machine = machine_of(
+        "name: m\ncode: \"[wCAbYXZt]\"\ndirections: iso841\naxes:\n  X: {range: [-300, 300]}\n  Y: {range: [-225, 225]}\n  \
+         Z: {range: [-320, 330]}\n  A: {range: [-110, 110]}\n  C: {range: [-36000, 36000]}\n",
+    );
+    let chain = Chain::of(&machine);
+    let kinematics = Kinematics::actual(&machine, &chain, Tool::of(&machine, Some(100.0)).expect("tool"));
+    let c = machine.axis_index("C").expect("C");
+    for turns in [0.0, 5.0, -99.0, 99.0f64] {
+        let mut positions = vec![0.0; 5];
+        positions[machine.axis_index("A").expect("A")] = 0.4;
+        positions[c] = 0.7 + turns * std::f64::consts::TAU;
+        let pose = kinematics.pose(&positions);
+        let target = Target { tip_mm: pose.tip_mm, axis: pose.axis, across: None };
+        let found = kinematics.inverse(&target, &positions).expect("solutions");
+        assert!((found.solutions[0].positions[c] - positions[c]).abs() < 1e-9, "{turns}: {:?}", found.solutions[0]);
+        assert!(!found.is_complete);
+    }
+}
+
+#[test]
+fn of_more_axes_than_a_pose_asks_for_a_solution_within_the_travel_is_told() {
+    let machine = machine_of(
+        "name: m\nchain: [w, C, A, b, Y, X, Z, W, t]\naxes:\n  X: {range: [-300, 300]}\n  Y: {range: [-225, 225]}\n  \
+         Z: {range: [-100, 400]}\n  W: {type: linear, direction: [0, 0, 1], range: [-100, 100]}\n  A: {range: [-90, 90]}\n  \
+         C: {range: [-360, 360]}\n",
+    );
+    let chain = Chain::of(&machine);
+    let kinematics = Kinematics::nominal(&machine, &chain, Tool::of(&machine, Some(0.0)).expect("tool"));
+    let mut positions = vec![0.0; 6];
+    positions[machine.axis_index("Z").expect("Z")] = 300.0;
+    let pose = kinematics.pose(&positions);
+    let target = Target { tip_mm: pose.tip_mm, axis: pose.axis, across: None };
+    let found = kinematics.inverse(&target, &[0.0; 6]).expect("solutions");
+    assert!(found.solutions[0].outside.is_empty(), "{:?}", found.solutions);
+}
+
 #[test]
 fn the_command_finds_the_positions_of_a_pose_it_told() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));

@@ -125,8 +125,7 @@ impl Scatters {
         )
     }
 
-    /// Averages over the scatters. The constant is flat before; what a column adds is as large before as one session would know
-    /// it (Zellner's g = n).
+    /// Averages over the scatters. The constant is flat before; of what a column adds [`log_gain`] tells what was thought possible.
     fn weigh(&self, points: &[Point], column: Option<&dyn Fn(&Point) -> f64>) -> Weighed {
         let each: Vec<Weighed> = self.0.iter().filter_map(|&scatter| weighed(points, scatter, column)).collect();
         let most = each.iter().map(|one| one.log_likelihood).fold(f64::NEG_INFINITY, f64::max);
@@ -167,8 +166,25 @@ fn weighed(points: &[Point], scatter: f64, column: Option<&dyn Fn(&Point) -> f64
     let off = |point: &Point| column(point) - middle;
     let known = all * mean_of(&|point| off(point).powi(2));
     let value = all * mean_of(&|point| off(point) * (point.value - mean)) / known;
-    let sessions = points.len() as f64;
-    let gained = value * value * known * sessions / (1.0 + sessions) - sessions.ln_1p();
-    let log_likelihood = of_constant + 0.5 * gained;
+    let log_likelihood = of_constant + log_gain(value * value * known, points.len() as f64);
     (known > 0.0).then(|| Weighed { value, sigma: known.sqrt().recip(), scatter, log_likelihood })
+}
+
+/// Sizes that are tried for what a column adds, in those as which one session would know it: from a thirtieth to three million, in steps of 58 %.
+const SIZES: std::ops::RangeInclusive<i32> = -15..=65;
+const SIZES_PER_DECADE: f64 = 5.0;
+
+/// Log of how much likelier a column makes the sessions whose squares it lowers by `gained`, averaged over how large it may be:
+/// `∫ (1 + g)^(−1/2) exp(gained · g / (2 (1 + g))) p(g) dg`.
+///
+/// p is the inverse gamma density of Zellner and Siow (1980), with shape 1/2 and scale n/2: most likely g = n/3, and any size now and then.
+/// With g fixed at n a share of 1/(1 + n) of the largest step would stay as scatter, and the more so the larger it is (Liang et al. 2008).
+fn log_gain(gained: f64, sessions: f64) -> f64 {
+    let sizes = || SIZES.map(|k| sessions * 10f64.powf(f64::from(k) / SIZES_PER_DECADE));
+    // over equal steps of the logarithm
+    let prior = |g: f64| -0.5 * g.ln() - 0.5 * sessions / g;
+    let each: Vec<f64> = sizes().map(|g| prior(g) + 0.5 * (gained * g / (1.0 + g) - g.ln_1p())).collect();
+    let all: f64 = sizes().map(|g| prior(g).exp()).sum();
+    let most = each.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    most + each.iter().map(|one| (one - most).exp()).sum::<f64>().ln() - all.ln()
 }

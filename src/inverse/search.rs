@@ -22,11 +22,11 @@ impl Kinematics<'_> {
     pub(super) fn searched(&self, target: &Target, near: &[f64]) -> Result<Inverse, InverseError> {
         let machine = self.machine();
         let wanted = if target.across.is_some() { 6 } else { 5 };
-        // more axes than the pose asks for: any number of solutions, the one nearest to `near` is told
-        let starts = if machine.axes.len() > wanted { 1 } else { STARTS };
+        // more axes than the pose asks for: any number of solutions, the one nearest to `near` within the travel is told
+        let is_any = machine.axes.len() > wanted;
         let mut solutions = Vec::new();
         let mut axes = Vec::new();
-        for start in 0..starts {
+        for start in 0..STARTS {
             let from: Vec<f64> = match start {
                 0 => near.to_vec(),
                 _ => machine
@@ -41,12 +41,15 @@ impl Kinematics<'_> {
                     .collect(),
             };
             if let Some(solution) = self.newton(target, from, &mut axes) {
-                self.add(self.rounds(solution), &mut solutions);
+                self.add(self.rounds(solution, near).solutions, &mut solutions);
+            }
+            if is_any && solutions.iter().any(|solution| solution.outside.is_empty()) {
+                break;
             }
         }
         if solutions.is_empty() {
             let axes = machine.axis_names().join(" ");
-            return Err(InverseError::NotFound { starts, axes });
+            return Err(InverseError::NotFound { starts: STARTS, axes });
         }
         self.order(&mut solutions, near);
         Ok(Inverse { solutions, is_complete: false, reach: None })

@@ -108,9 +108,12 @@ impl Kinematics<'_> {
         let reach = self.reach([first, second], target, near, &mut axes);
         let five = Five { kinematics: self, turning: [first, second], sliding: [x, y, z], target, near };
         let mut solutions: Vec<Solution> = Vec::new();
+        let mut is_complete = true;
         for branch in 0..2 {
             let Some(found) = five.branch(branch, &mut axes)? else { continue };
-            for other in self.rounds(found) {
+            let rounds = self.rounds(found, near);
+            is_complete &= rounds.is_complete;
+            for other in rounds.solutions {
                 // errors that are not periodic are others a turn away
                 let exact = match self.component_errors(&other.positions) {
                     None => Some(other),
@@ -120,7 +123,7 @@ impl Kinematics<'_> {
             }
         }
         self.order(&mut solutions, near);
-        Ok(Inverse { solutions, is_complete: true, reach: Some(reach) })
+        Ok(Inverse { solutions, is_complete, reach: Some(reach) })
     }
 
     /// What the two rotary axes reach with the errors of the positions `near`.
@@ -141,14 +144,16 @@ impl Kinematics<'_> {
         }
     }
 
-    /// A solution and those that differ from it by whole turns within the travel.
-    pub(super) fn rounds(&self, solution: Solution) -> Vec<Solution> {
+    /// A solution and those that differ from it by whole turns within the travel, the nearest to `near` of many.
+    pub(super) fn rounds(&self, solution: Solution, near: &[f64]) -> Rounds {
         let mut all = vec![solution];
+        let mut is_complete = true;
         for (index, axis) in self.machine().axes.iter().enumerate().filter(|(_, axis)| axis.kind == AxisKind::Rotary) {
             let Some((from, to)) = axis.range else { continue };
             let rounds = |solution: &Solution| -> Vec<Solution> {
                 let q = solution.positions[index];
-                let mut inside = whole_numbers((from - q) / TAU - ROUND_EDGE, (to - q) / TAU + ROUND_EDGE);
+                let ends = [(from - q) / TAU - ROUND_EDGE, (to - q) / TAU + ROUND_EDGE];
+                let mut inside = whole_numbers(ends, (near[index] - q) / TAU);
                 if inside.is_empty() {
                     // the one nearest to its travel is told
                     inside.push(((0.5 * (from + to) - q) / TAU).round());
@@ -165,9 +170,14 @@ impl Kinematics<'_> {
                 };
                 inside.iter().map(at).collect()
             };
-            all = all.iter().flat_map(rounds).take(MOST_SOLUTIONS).collect();
+            all = all.iter().flat_map(rounds).collect();
+            if all.len() > MOST_SOLUTIONS {
+                self.order(&mut all, near);
+                all.truncate(MOST_SOLUTIONS);
+                is_complete = false;
+            }
         }
-        all
+        Rounds { solutions: all, is_complete }
     }
 
     /// Adds solutions that are not there yet.
@@ -208,11 +218,20 @@ const ROUND_EDGE: f64 = 1e-12;
 /// Most solutions that are told: an axis with a hundred rounds of travel has no more use for its hundred.
 const MOST_SOLUTIONS: usize = 64;
 
-/// Whole numbers between two ends, the first of many.
-fn whole_numbers(from: f64, to: f64) -> Vec<f64> {
-    let first = from.ceil();
-    let count = (to.floor() - first + 1.0).clamp(0.0, MOST_SOLUTIONS as f64) as usize;
-    (0..count).map(|k| first + k as f64).collect()
+/// Solutions that differ by whole turns.
+pub(super) struct Rounds {
+    pub(super) solutions: Vec<Solution>,
+    /// Whether these are all within the travel.
+    is_complete: bool,
+}
+
+/// Whole numbers between two ends, of many the nearest to a number: one more than are told, so that it shows.
+fn whole_numbers([from, to]: [f64; 2], near: f64) -> Vec<f64> {
+    let (first, last) = (from.ceil(), to.floor());
+    let most = MOST_SOLUTIONS as f64;
+    let begin = (near - 0.5 * most).round().min(last - most).max(first);
+    let count = (last - begin + 1.0).clamp(0.0, most + 1.0) as usize;
+    (0..count).map(|k| begin + k as f64).collect()
 }
 
 /// A machine of three slides and two turns with what is asked of it.

@@ -68,7 +68,7 @@ impl Design {
             session,
         };
         if claim.reduction == Reduction::Fit {
-            design.gain = Some(gain(&design)?);
+            design.gain = Some(gain(&design, &claim.name)?);
         }
         design.base = design.reduce(&design.session, &design.nominal_mm)?;
         Ok(design)
@@ -255,7 +255,7 @@ fn groups(session: &Session, chain: &Chain) -> Result<Vec<Group>, ReconcileError
 }
 
 /// `(JᵀJ/σ² + P)⁻¹ Jᵀ/σ²` for the errors, J the change of the lengths by errors, pivots and bars, P their spreads.
-fn gain(design: &Design) -> Result<DMatrix<f64>, ReconcileError> {
+fn gain(design: &Design, name: &str) -> Result<DMatrix<f64>, ReconcileError> {
     const STEP: f64 = 1e-4;
     let (session, errors) = (&design.session, design.names.len());
     let setups = Setups::of(session);
@@ -292,7 +292,7 @@ fn gain(design: &Design) -> Result<DMatrix<f64>, ReconcileError> {
     let prior = DMatrix::from_diagonal(&DVector::from_iterator(columns.len(), columns.iter().map(|column| column.1)));
     let normal = jacobian.transpose() * &jacobian + prior;
     let undetermined = || ReconcileError::Design {
-        claim: session.name.clone(),
+        claim: name.to_string(),
         reason: "its tests do not determine the errors stated; state fewer errors or more tests".into(),
     };
     let inverse = normal.cholesky().ok_or_else(undetermined)?.inverse();

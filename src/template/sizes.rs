@@ -66,7 +66,7 @@ impl Sizes {
         allowed::table(self.table)?;
         allowed::housing(self.housing)?;
         allowed::tilt_above_table(self.tilt_above_table)?;
-        if !self.turning_on_head().is_empty() {
+        if self.turning_on_head().iter().any(|axis| *axis != "C") {
             allowed::pivot_above_nose(self.pivot_above_nose, self.housing)?;
         }
         allowed::distances(self.nose_to_table, self.travels[2])?;

@@ -47,7 +47,6 @@ struct Fitted {
 /// Runs the verb.
 pub fn run(arguments: &Arguments) -> Result<(), Refusal> {
     let files = session_files(&arguments.folder)?;
-    let first_day = files[0].1;
     let mut inputs = Vec::new();
     let mut fits: Vec<(String, PathBuf, f64, Fitted)> = Vec::new();
     let mut left_out: Vec<String> = Vec::new();
@@ -56,7 +55,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Refusal> {
         let fitted = fitted(&file, &mut inputs)?;
         drop(working);
         match fitted {
-            Some(fitted) => fits.push((date, file, (day - first_day) as f64, fitted)),
+            Some(fitted) => fits.push((date, file, day as f64, fitted)),
             None => left_out
                 .push(format!("{} is left out: its recordings are not to be believed, see 'diagnose'", file.display())),
         }
@@ -70,7 +69,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Refusal> {
     };
     left_out.extend(open.iter().map(of_none));
     left_out.iter().for_each(|says| eprintln!("fiveaxis: {says}"));
-    let Some((.., first)) = fits.first() else {
+    let Some((_, _, first_day, first)) = fits.first() else {
         return Err(format!("{}: no session determines anything", arguments.folder.display()).into());
     };
     let mut names: Vec<(String, &'static str)> = Vec::new();
@@ -83,7 +82,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Refusal> {
         let mut history = (Vec::new(), Vec::new());
         for (_, _, day, fitted) in &fits {
             for (_, _, value, sigma, whole) in fitted.errors.iter().filter(|(other, ..)| other == name) {
-                history.0.push(Point { day: *day, value: *value, sigma: *sigma });
+                history.0.push(Point { day: day - first_day, value: *value, sigma: *sigma });
                 history.1.push(*whole);
             }
         }
@@ -93,7 +92,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Refusal> {
         machine: first.machine.clone(),
         errors: errors.collect(),
         sessions: fits.iter().map(|(date, file, ..)| (date.clone(), file.display().to_string())).collect(),
-        days: fits.iter().map(|(_, _, day, _)| *day).collect(),
+        days: fits.iter().map(|(_, _, day, _)| day - first_day).collect(),
         left_out,
     };
     if let Some(folder) = &arguments.out {

@@ -1,5 +1,7 @@
 //! An instrument or a target that was moved while points and poses were read. Mistakes in their columns stand in `readings::columns`.
 
+use std::collections::BTreeMap;
+
 use nalgebra::{Matrix3, Matrix6, SMatrix, SVector, Vector3, Vector6};
 
 use super::ball_places::End;
@@ -76,7 +78,7 @@ fn anew_in_each(session: &Session, options: &Options, fit: &Fit) -> Option<DataF
         after_um: before_um * left.sqrt(),
         ..DataFault::seen(FaultKind::InstrumentMoved, SESSION, names, says)
     };
-    Some(fault)
+    Some(fault.or_effect(evenness(&split, &refitted, End::Pivot), None))
 }
 
 /// What stood at one end of the readings elsewhere from some row on: the residual is a shift and a turn of its frame before that row, and another
@@ -130,18 +132,16 @@ const TARGET: &str = "target";
 /// What is left on either side of a move may differ by so many times: poses are others there.
 const EITHER_SIDE: f64 = 2.0;
 
-/// How evenly a fit leaves its residual before a move and after it, one where both sides are alike: another mistake leaves far more on its own
-/// side.
+/// How evenly a fit leaves its residual between the places of what was moved, one where they are alike: another mistake leaves far more in its
+/// own tests.
 fn evenness(split: &Session, refitted: &Fit, end: End) -> f64 {
-    let is_second = |test: &usize| end.of(&split.tests[*test]).setup.as_deref() == Some(SECOND);
-    let (after, before): (Vec<usize>, Vec<usize>) = (0..split.tests.len()).partition(is_second);
-    let left_mm = |tests: Vec<usize>| {
-        robust_sigma(
-            tests.iter().flat_map(|&test| &refitted.tests[test].residual_mm).copied().filter(|left| left.is_finite()),
-        )
-    };
-    let (before, after) = (left_mm(before), left_mm(after));
-    (EITHER_SIDE * before.min(after) / before.max(after)).min(1.0)
+    let mut left: BTreeMap<Option<&str>, Vec<f64>> = BTreeMap::new();
+    for (test, fitted) in split.tests.iter().zip(&refitted.tests) {
+        let finite = fitted.residual_mm.iter().copied().filter(|left| left.is_finite());
+        left.entry(end.of(test).setup.as_deref()).or_default().extend(finite);
+    }
+    let sigma = || left.values().map(|left_mm| robust_sigma(left_mm.iter().copied()));
+    (EITHER_SIDE * sigma().fold(f64::INFINITY, f64::min) / sigma().fold(0.0, f64::max)).min(1.0)
 }
 
 /// A pose that an instrument saw: first number of its test, row, time as a share of all, point and what is left of it, mm; for a target both
