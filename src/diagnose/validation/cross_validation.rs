@@ -47,10 +47,15 @@ impl CrossValidation {
         self.findings.get(index).is_some_and(|held_out| !held_out.passed)
     }
 
-    /// Share of what the findings take off the mean square of all readings, µm before and after, that they take off readings held out.
-    pub fn carried_over(&self, before_um: f64, after_um: f64) -> f64 {
-        let taken_off = |before: f64, after: f64| 1.0 - (after / before).powi(2);
-        taken_off(self.before_um, self.after_um) / taken_off(before_um, after_um)
+    /// Share of what the findings take off the mean square of all readings beyond noise, µm before and after, that they take off
+    /// readings held out; `None` where noise is all that there is.
+    pub fn carried_over(&self, (before_um, after_um): (f64, f64), noise_um: f64) -> Option<f64> {
+        let taken_off = |before: f64, after: f64| {
+            let beyond_noise = before.powi(2) - noise_um.powi(2);
+            (beyond_noise > 0.0).then(|| (before.powi(2) - after.powi(2)) / beyond_noise)
+        };
+        let of_all = taken_off(before_um, after_um).filter(|share| *share > 0.0)?;
+        Some(taken_off(self.before_um, self.after_um)? / of_all)
     }
 
     /// Whether held-out readings lose most of what is more than noise, whatever the folds called it.

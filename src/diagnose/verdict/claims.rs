@@ -97,6 +97,8 @@ pub(crate) struct Proven<'p> {
     pub(crate) has_sweeps: bool,
     /// Rms of all readings without and with the findings, µm.
     pub(crate) rms_um: (f64, f64),
+    /// What of it is noise, µm; 0 where none is known.
+    pub(crate) noise_um: f64,
     pub(crate) proof: Option<&'p CrossValidation>,
     /// Of each finding, whether it holds in the tests it was not learnt from.
     pub(crate) carries: &'p [bool],
@@ -108,8 +110,8 @@ impl Proven<'_> {
     /// Most that may be claimed of the first finding by what it predicts: a form that bends to the readings which it is fitted to, and
     /// takes most of that off no others, is the right one no more often than it predicts.
     fn most_predicted(&self, thresholds: &Thresholds, first: &Finding) -> f64 {
-        let (before_um, after_um) = self.rms_um;
-        let share = self.proof.filter(|_| !first.escapes()).map(|proof| proof.carried_over(before_um, after_um));
+        let proof = self.proof.filter(|_| !first.escapes());
+        let share = proof.and_then(|proof| proof.carried_over(self.rms_um, self.noise_um));
         share.filter(|share| *share < thresholds.explains_most).map_or(1.0, |share| share.max(0.0))
     }
 }

@@ -136,8 +136,7 @@ impl Diagnosis {
         let Explanation { columns, regression, left_mm, mut findings } = told;
         let covariance = regression.covariance();
         let mut location_errors = moved(fine, families, fit, (search, &regression, &covariance), hidden);
-        let found = !findings.is_empty();
-        let strained = found.then(|| strained_beside(fine, fit, (&regression, &covariance))).flatten();
+        let strained = (!findings.is_empty()).then(|| strained_beside(fine, fit, (&regression, &covariance))).flatten();
         // beside a mistake in the files no number is what it seems
         location_errors.iter_mut().for_each(|moved| moved.determined &= fault.is_none() && strained.is_none());
         let placebos = placebos(fine, &findings, &columns, &search.noise_after);
@@ -167,6 +166,7 @@ impl Diagnosis {
             verdict,
             has_sweeps: !is_static,
             rms_um: (rms_before_um, rms_after_um),
+            noise_um: noise_um.unwrap_or(0.0),
             proof: proof.as_ref(),
             carries: &carries,
             other: search.other.as_ref(),
