@@ -3,6 +3,7 @@
 use super::backlash::{lag, own_sign};
 use crate::chain::{Branch, Chain};
 use crate::machine::{Axis, AxisKind, Component, ComponentForm, ErrorName, Machine};
+use std::collections::BTreeMap;
 use std::f64::consts::TAU;
 
 /// Error of one component over its axis.
@@ -36,16 +37,7 @@ pub const LINUXCNC_ROWS: usize = 256;
 pub fn tables(machine: &Machine) -> Vec<CompensationTable> {
     let mut list = Vec::new();
     for (index, axis) in machine.axes.iter().enumerate() {
-        let mut components: Vec<_> = axis.component_errors.iter().map(|error| error.component).collect();
-        components.sort();
-        components.dedup();
-        for component in components {
-            let forms: Vec<&ComponentForm> = axis
-                .component_errors
-                .iter()
-                .filter(|error| error.component == component)
-                .map(|error| &error.form)
-                .collect();
+        for (component, forms) in forms_by_component(axis) {
             let Some((from, to)) = measured(&forms, axis) else { continue };
             let value = |q: f64| forms.iter().map(|form| form.value(q)).sum::<f64>();
             let is_own = axis.own_component() == component && axis.coordinate_direction().is_some();
@@ -72,16 +64,18 @@ pub fn tables(machine: &Machine) -> Vec<CompensationTable> {
 pub fn without_travel(machine: &Machine) -> Vec<String> {
     let mut names = Vec::new();
     for axis in &machine.axes {
-        let open = |component: Component| {
-            let of = axis.component_errors.iter().filter(|error| error.component == component);
-            measured(&of.map(|error| &error.form).collect::<Vec<_>>(), axis).is_none()
-        };
-        let errors = axis.component_errors.iter().map(|error| error.component).filter(|one| open(*one));
-        names.extend(errors.map(|component| ErrorName::motion(component, &axis.name).to_string()));
+        let open = forms_by_component(axis).into_iter().filter(|(_, forms)| measured(forms, axis).is_none());
+        names.extend(open.map(|(component, _)| ErrorName::motion(component, &axis.name).to_string()));
     }
     names.sort();
-    names.dedup();
     names
+}
+
+/// Component errors of an axis, the forms of each, which add up.
+fn forms_by_component(axis: &Axis) -> BTreeMap<Component, Vec<&ComponentForm>> {
+    let mut forms: BTreeMap<Component, Vec<&ComponentForm>> = BTreeMap::new();
+    axis.component_errors.iter().for_each(|error| forms.entry(error.component).or_default().push(&error.form));
+    forms
 }
 
 /// Angles of slides against the others that are of something, rad, by ISO 230-1 name: their location errors, which no table holds.

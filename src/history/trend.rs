@@ -73,7 +73,7 @@ const LEAST_SIDE: usize = 2;
 /// The scatter between sessions is not known; where sessions are few, one of them may look like a trend because the scatter
 /// was small by chance. So it is averaged over, each value weighted by how likely it makes the sessions.
 pub fn trend(points: &[Point]) -> Trend {
-    let grid = Scatters::of(points);
+    let grid = Unknowns::of(points);
     let constant = grid.weigh(points, None);
     let steady = Trend {
         course: Course::Steady,
@@ -112,22 +112,29 @@ struct Weighed {
     log_likelihood: f64,
 }
 
-/// Scatters between sessions that are tried, each as likely as the others.
-struct Scatters(Vec<f64>);
+/// What is added to a constant, as a function of the session.
+type Column<'c> = &'c dyn Fn(&Point) -> f64;
 
-impl Scatters {
-    /// From a thousandth to ten times the spread of the values, in steps of 12 %, and none at all.
-    fn of(points: &[Point]) -> Scatters {
+/// What is averaged over.
+struct Unknowns {
+    /// Scatters between sessions, each as likely as the others.
+    scatters: Vec<f64>,
+    sizes: Sizes,
+}
+
+impl Unknowns {
+    /// Scatters from a thousandth to ten times the spread of the values, in steps of 12 %, and none at all.
+    fn of(points: &[Point]) -> Unknowns {
         let mean = mean(points.iter().map(|point| point.value)).unwrap_or(f64::NAN);
         let spread = points.iter().map(|point| (point.value - mean).powi(2)).sum::<f64>().sqrt();
-        Scatters(
-            std::iter::once(0.0).chain((0..=80).map(|k| spread * 10f64.powf(-3.0 + 0.05 * f64::from(k)))).collect(),
-        )
+        let some = (0..=80).map(|k| spread * 10f64.powf(-3.0 + 0.05 * f64::from(k)));
+        Unknowns { scatters: std::iter::once(0.0).chain(some).collect(), sizes: Sizes::of(points.len() as f64) }
     }
 
-    /// Averages over the scatters. The constant is flat before; of what a column adds [`log_gain`] tells what was thought possible.
-    fn weigh(&self, points: &[Point], column: Option<&dyn Fn(&Point) -> f64>) -> Weighed {
-        let each: Vec<Weighed> = self.0.iter().filter_map(|&scatter| weighed(points, scatter, column)).collect();
+    /// Averages over the scatters. The constant is flat before; of what a column adds [`Sizes`] tell what was thought possible.
+    fn weigh(&self, points: &[Point], column: Option<Column>) -> Weighed {
+        let column = column.map(|column| (column, &self.sizes));
+        let each: Vec<Weighed> = self.scatters.iter().filter_map(|&scatter| weighed(points, scatter, column)).collect();
         let most = each.iter().map(|one| one.log_likelihood).fold(f64::NEG_INFINITY, f64::max);
         let weights: Vec<f64> = each.iter().map(|one| (one.log_likelihood - most).exp()).collect();
         let all: f64 = weights.iter().sum();
@@ -139,13 +146,13 @@ impl Scatters {
             value,
             sigma: mean(&|one| one.sigma.powi(2) + (one.value - value).powi(2)).sqrt(),
             scatter: mean(&|one| one.scatter),
-            log_likelihood: most + (all / self.0.len() as f64).ln(),
+            log_likelihood: most + (all / self.scatters.len() as f64).ln(),
         }
     }
 }
 
 /// For one scatter; `None` where values without any uncertainty cannot be weighed.
-fn weighed(points: &[Point], scatter: f64, column: Option<&dyn Fn(&Point) -> f64>) -> Option<Weighed> {
+fn weighed(points: &[Point], scatter: f64, column: Option<(Column, &Sizes)>) -> Option<Weighed> {
     let precision: Vec<f64> = points.iter().map(|point| 1.0 / (point.sigma.powi(2) + scatter * scatter)).collect();
     let all: f64 = precision.iter().sum();
     if !all.is_finite() {
@@ -159,32 +166,51 @@ fn weighed(points: &[Point], scatter: f64, column: Option<&dyn Fn(&Point) -> f64
         points.iter().zip(&precision).map(|(point, weight)| weight * (point.value - mean).powi(2)).sum::<f64>();
     let logarithms: f64 = precision.iter().map(|precision| precision.ln()).sum();
     let of_constant = -0.5 * (squares - logarithms + all.ln());
-    let Some(column) = column else {
+    let Some((column, sizes)) = column else {
         return Some(Weighed { value: mean, sigma: all.sqrt().recip(), scatter, log_likelihood: of_constant });
     };
     let middle = mean_of(column);
     let off = |point: &Point| column(point) - middle;
     let known = all * mean_of(&|point| off(point).powi(2));
     let value = all * mean_of(&|point| off(point) * (point.value - mean)) / known;
-    let log_likelihood = of_constant + log_gain(value * value * known, points.len() as f64);
+    let log_likelihood = of_constant + sizes.log_gain(value * value * known);
     (known > 0.0).then(|| Weighed { value, sigma: known.sqrt().recip(), scatter, log_likelihood })
 }
 
-/// Sizes that are tried for what a column adds, in those as which one session would know it: from a thirtieth to three million, in steps of 58 %.
+/// Sizes that are tried for what a column adds, in those as which one session would know it: from a thousandth to ten million million, in
+/// steps of 58 %.
 const SIZES: std::ops::RangeInclusive<i32> = -15..=65;
 const SIZES_PER_DECADE: f64 = 5.0;
 
-/// Log of how much likelier a column makes the sessions whose squares it lowers by `gained`, averaged over how large it may be:
-/// `∫ (1 + g)^(−1/2) exp(gained · g / (2 (1 + g))) p(g) dg`.
+/// How large what a column adds may be: g, its variance over that of the column's own σ, with the density of Zellner and Siow (1980), the inverse
+/// gamma of shape 1/2 and scale n/2: most likely g = n/3, and any size now and then.
 ///
-/// p is the inverse gamma density of Zellner and Siow (1980), with shape 1/2 and scale n/2: most likely g = n/3, and any size now and then.
 /// With g fixed at n a share of 1/(1 + n) of the largest step would stay as scatter, and the more so the larger it is (Liang et al. 2008).
-fn log_gain(gained: f64, sessions: f64) -> f64 {
-    let sizes = || SIZES.map(|k| sessions * 10f64.powf(f64::from(k) / SIZES_PER_DECADE));
-    // over equal steps of the logarithm
-    let prior = |g: f64| -0.5 * g.ln() - 0.5 * sessions / g;
-    let each: Vec<f64> = sizes().map(|g| prior(g) + 0.5 * (gained * g / (1.0 + g) - g.ln_1p())).collect();
-    let all: f64 = sizes().map(|g| prior(g).exp()).sum();
-    let most = each.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-    most + each.iter().map(|one| (one - most).exp()).sum::<f64>().ln() - all.ln()
+struct Sizes(Vec<Size>);
+
+/// One of them.
+struct Size {
+    /// Half of g / (1 + g): what of the squares that a column lowers speaks for it.
+    speaks: f64,
+    /// Log of its probability, less ln(1 + g) / 2.
+    log_weight: f64,
+}
+
+impl Sizes {
+    fn of(sessions: f64) -> Sizes {
+        let sizes = || SIZES.map(|k| sessions * 10f64.powf(f64::from(k) / SIZES_PER_DECADE));
+        // over equal steps of the logarithm
+        let log_prior = |g: f64| -0.5 * g.ln() - 0.5 * sessions / g;
+        let all = sizes().map(|g| log_prior(g).exp()).sum::<f64>().ln();
+        let size = |g: f64| Size { speaks: 0.5 * g / (1.0 + g), log_weight: log_prior(g) - all - 0.5 * g.ln_1p() };
+        Sizes(sizes().map(size).collect())
+    }
+
+    /// Log of how much likelier a column makes the sessions whose squares it lowers by `gained`:
+    /// `ln ∫ (1 + g)^(−1/2) exp(gained · g / (2 (1 + g))) p(g) dg`.
+    fn log_gain(&self, gained: f64) -> f64 {
+        let logs = || self.0.iter().map(|size| size.log_weight + gained * size.speaks);
+        let most = logs().fold(f64::NEG_INFINITY, f64::max);
+        most + logs().map(|log| (log - most).exp()).sum::<f64>().ln()
+    }
 }

@@ -27,6 +27,7 @@ pub use path::{CirclePlane, Follow, Path};
 pub use recording::{Clock, LengthColumn, Recording};
 pub use run_ends::{RunEnd, beyond};
 pub use setups::{Setup, Setups};
+pub(crate) use setups::{UNKNOWN_MM, UNKNOWN_RAD};
 pub use test::{APPROACHED_OVER, Session, Test};
 pub(crate) use test_motion::DEFAULT_RUN_IN;
 pub use test_motion::{MotionError, way_mm};

@@ -19,8 +19,13 @@ pub struct Setup {
     pub turn_rad: Option<f64>,
 }
 
+/// How little is assumed of a place that no one states the spread of, mm and rad: it is a start from the readings, and these are without
+/// influence wherever readings speak.
+pub(crate) const UNKNOWN_MM: f64 = 100.0;
+pub(crate) const UNKNOWN_RAD: f64 = 0.1;
+
 /// Places of which a session knows less than this are looked for by the readings, mm.
-pub(super) const LOOKED_FOR_MM: f64 = 50.0;
+pub(super) const LOOKED_FOR_MM: f64 = 0.5 * UNKNOWN_MM;
 
 impl Setup {
     /// Whether its place is looked for by the readings, so that its spread is that of the search.

@@ -13,13 +13,9 @@ use crate::load::checked_text::message::{LoadError, did_you_mean};
 use crate::load::checked_text::quantity::{finite, positive_length, quantity};
 use crate::load::recording::{Wanted, says_where};
 use crate::readings::{Kind, Part, Reading, Scalar, nearest_rotation, rotation_of_euler_xyz, rotation_of_quaternion};
-use crate::session::{Ball, Test};
+use crate::session::{Ball, Test, UNKNOWN_MM, UNKNOWN_RAD};
 use crate::units::Measure;
 
-/// How little is assumed of a place that no one states the spread of, mm and rad: it is a start from the readings, and these
-/// are without influence wherever readings speak.
-const UNKNOWN_MM: f64 = 100.0;
-const UNKNOWN_RAD: f64 = 0.1;
 /// How far the length of a quaternion, or of a column of a rotation matrix, may be from 1: rounding to three decimals.
 const NOT_UNIT: f64 = 2e-3;
 

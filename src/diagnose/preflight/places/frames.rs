@@ -1,5 +1,6 @@
 //! An instrument or a target that was moved while points and poses were read. Mistakes in their columns stand in `readings::columns`.
 
+use std::cell::OnceCell;
 use std::collections::BTreeMap;
 
 use nalgebra::{Matrix3, Matrix6, SMatrix, SVector, Vector3, Vector6};
@@ -11,7 +12,7 @@ use crate::diagnose::fault_kind::FaultKind;
 use crate::diagnose::preflight::data_fault::{DataFault, SESSION, listed};
 use crate::identify::{Fit, Options, identify};
 use crate::readings::Kind;
-use crate::session::{Motion, Session, Setups, Test};
+use crate::session::{Motion, Session, Setups, Test, UNKNOWN_MM, UNKNOWN_RAD};
 use crate::statistics::{rms, robust_sigma};
 
 /// Share of the residual's squares that is left at most when the instrument stands elsewhere from some row on: with the errors as
@@ -29,12 +30,11 @@ const SECOND: &str = "second";
 
 /// An instrument, or a target on its link, that was moved during a session.
 pub(crate) fn moved(session: &Session, options: &Options, fit: &Fit) -> Option<DataFault> {
-    let moved = [End::Pivot, End::Spindle].into_iter().filter_map(|end| moved_at(session, options, fit, end));
+    let fitted = Fitted { session, options, fit, before_mm: all_mm(fit), by_load: OnceCell::new() };
+    let moved = [End::Pivot, End::Spindle].into_iter().filter_map(|end| fitted.moved_at(end));
     let once = moved.min_by(|one, other| one.after_um.total_cmp(&other.after_um));
-    let before_um = once.as_ref().map_or(1e3 * all_mm(fit), |once| once.after_um);
-    anew_in_each(session, options, fit)
-        .filter(|each| each.after_um.powi(2) < MOST_LEFT_REFITTED * before_um.powi(2))
-        .or(once)
+    let before_um = once.as_ref().map_or(1e3 * fitted.before_mm, |once| once.after_um);
+    fitted.anew_in_each().filter(|each| each.after_um.powi(2) < MOST_LEFT_REFITTED * before_um.powi(2)).or(once)
 }
 
 /// Rms of what a fit leaves of all readings, mm: rows after a move may have been left out as outliers.
@@ -42,88 +42,121 @@ fn all_mm(fit: &Fit) -> f64 {
     rms(fit.tests.iter().flat_map(|test| &test.residual_mm).copied().filter(|value| value.is_finite()))
 }
 
-/// An instrument that was zeroed or mounted anew for each of its tests.
-fn anew_in_each(session: &Session, options: &Options, fit: &Fit) -> Option<DataFault> {
-    let each = visits(session, fit, End::Pivot).into_iter().filter_map(|visits| {
-        let by_test: Vec<&[Visit]> = visits.chunk_by(|one, next| one.test == next.test).collect();
-        let squares: f64 = visits.iter().map(|visit| visit.left.norm_squared()).sum();
-        let explained: f64 = by_test.iter().map(|visits| Sums::of(visits).explained()).sum();
-        let tests: Vec<usize> = by_test.iter().map(|visits| visits[0].test).collect();
-        let left = 1.0 - explained / squares;
-        let is_each = tests.len() > 1 && by_test.iter().all(|visits| visits.len() >= LEAST_ROWS) && left < MOST_LEFT;
-        is_each.then_some((left, tests))
-    });
-    let (left, tests) = each.min_by(|a, b| a.0.total_cmp(&b.0))?;
-    let mut split = session.clone();
-    for (count, &first) in tests.iter().enumerate().skip(1) {
-        let numbers = session.tests[first].reading.part().map_or(0, |part| part.kind.scalars().len());
-        let of_test = &mut split.tests[first..first + numbers];
-        of_test.iter_mut().for_each(|test| End::Pivot.mount_anew(test, format!("{SECOND} {count}"), None));
-    }
-    let refitted = identify(&split, options).ok()?;
-    let before_um = 1e3 * all_mm(fit);
-    let left = left.min((all_mm(&refitted) / all_mm(fit)).powi(2));
-    if left_by_a_load(session, fit).is_some_and(|left_by_load| left_by_load <= left) {
-        return None;
-    }
-    let names: Vec<String> = tests.iter().map(|&test| session.tests[test].stated_name().to_string()).collect();
-    let says = format!(
-        "the instrument of {} stands elsewhere in each of these tests: it was zeroed or mounted anew between them; give each a setup of its \
-         own, instrument: {{link: {}, setup: …}}",
-        listed(&names),
-        session.tests[tests[0]].pivot.link
-    );
-    let fault = DataFault {
-        before_um,
-        after_um: before_um * left.sqrt(),
-        ..DataFault::seen(FaultKind::InstrumentMoved, SESSION, names, says)
-    };
-    Some(fault.or_effect(evenness(&split, &refitted, End::Pivot), None))
+/// A session with its fit, in which something may have moved.
+struct Fitted<'s> {
+    session: &'s Session,
+    options: &'s Options,
+    fit: &'s Fit,
+    /// Rms of what the fit leaves of all readings, mm.
+    before_mm: f64,
+    /// Share of the squares that is left beside a load, worked out once.
+    by_load: OnceCell<Option<f64>>,
 }
 
-/// What stood at one end of the readings elsewhere from some row on: the residual is a shift and a turn of its frame before that row, and another
-/// after; of a target a shift on its link alone.
-fn moved_at(session: &Session, options: &Options, fit: &Fit, end: End) -> Option<DataFault> {
-    let moved = visits(session, fit, end).into_iter().filter_map(|visits| {
-        let (at, left) = change(&visits)?;
-        (left < MOST_LEFT && left < left_by_drift(&visits)).then_some((left, visits, at))
-    });
-    let (left, visits, at) = moved.min_by(|a, b| a.0.total_cmp(&b.0))?;
-    let (first, row) = (visits[at].test, visits[at].row);
-    let later: Vec<usize> = visits[at..].iter().map(|visit| visit.test).filter(|&test| test != first).collect();
-    let begins_there = !visits[..at].iter().any(|visit| visit.test == first);
-    let split = with_second_place(session, end, (first, row), &later);
-    let refitted = identify(&split, options).ok()?;
-    let refitted_left = (all_mm(&refitted) / all_mm(fit)).powi(2);
-    if refitted_left > MOST_LEFT_REFITTED {
-        return None;
+/// A session in which what was moved has other places, fitted.
+struct Split {
+    session: Session,
+    fit: Fit,
+    /// Share of the squares that is left.
+    left: f64,
+}
+
+impl Fitted<'_> {
+    fn split(&self, session: Session) -> Option<Split> {
+        let fit = identify(&session, self.options).ok()?;
+        let left = (all_mm(&fit) / self.before_mm).powi(2);
+        Some(Split { session, fit, left })
     }
-    // one load that leaves no more says it with fewer numbers
-    if left_by_a_load(session, fit).is_some_and(|left_by_load| left_by_load <= refitted_left) {
-        return None;
+
+    /// Whether one load leaves no more: it says so with fewer numbers.
+    fn is_a_load(&self, left: f64) -> bool {
+        let by_load = self.by_load.get_or_init(|| left_by_a_load(self.session, self.fit));
+        by_load.is_some_and(|left_by_load| left_by_load <= left)
     }
-    let left = left.min(refitted_left);
-    let test = &session.tests[first];
-    let of = test.stated_name().to_string();
-    let (what, kind, place) = match end {
-        End::Pivot => ("instrument", FaultKind::InstrumentMoved, SESSION),
-        End::Spindle => ("target", FaultKind::MountedAnew, TARGET),
-    };
-    let second = format!("{what}: {{link: {}, setup: second}}", end.of(test).link);
-    let mut says = match begins_there {
-        true => format!("the {what} of test '{of}' stands elsewhere than before: give that test {second}"),
-        false => format!(
-            "the {what} of test '{of}' stands elsewhere from row {} on: give these rows a test of their own with {second}",
-            row + 1
-        ),
-    };
-    if !later.is_empty() {
-        says.push_str("; the tests after it have the same second setup");
+
+    /// What stood at an end elsewhere, in words, with this share of the squares left.
+    fn fault(&self, split: &Split, end: End, left: f64, tests: Vec<String>, says: String) -> DataFault {
+        let (kind, place) = match end {
+            End::Pivot => (FaultKind::InstrumentMoved, SESSION),
+            End::Spindle => (FaultKind::MountedAnew, TARGET),
+        };
+        let before_um = 1e3 * self.before_mm;
+        let fault =
+            DataFault { before_um, after_um: before_um * left.sqrt(), ..DataFault::seen(kind, place, tests, says) };
+        fault.or_effect(evenness(split, end), None)
     }
-    let before_um = 1e3 * all_mm(fit);
-    let fault =
-        DataFault { before_um, after_um: before_um * left.sqrt(), ..DataFault::seen(kind, place, vec![of], says) };
-    Some(fault.or_effect(evenness(&split, &refitted, end), None))
+
+    /// An instrument that was zeroed or mounted anew for each of its tests.
+    fn anew_in_each(&self) -> Option<DataFault> {
+        let session = self.session;
+        let each = visits(session, self.fit, End::Pivot).into_iter().filter_map(|visits| {
+            let by_test: Vec<&[Visit]> = visits.chunk_by(|one, next| one.test == next.test).collect();
+            let squares: f64 = visits.iter().map(|visit| visit.left.norm_squared()).sum();
+            let explained: f64 = by_test.iter().map(|visits| Sums::of(visits).explained()).sum();
+            let tests: Vec<usize> = by_test.iter().map(|visits| visits[0].test).collect();
+            let left = 1.0 - explained / squares;
+            let is_each =
+                tests.len() > 1 && by_test.iter().all(|visits| visits.len() >= LEAST_ROWS) && left < MOST_LEFT;
+            is_each.then_some((left, tests))
+        });
+        let (left, tests) = each.min_by(|a, b| a.0.total_cmp(&b.0))?;
+        let mut own = session.clone();
+        for (count, &first) in tests.iter().enumerate().skip(1) {
+            let of_test = &mut own.tests[first..first + numbers(session, first)];
+            of_test.iter_mut().for_each(|test| End::Pivot.mount_anew(test, format!("{SECOND} {count}"), None));
+        }
+        let split = self.split(own)?;
+        let left = left.min(split.left);
+        if self.is_a_load(left) {
+            return None;
+        }
+        let names: Vec<String> = tests.iter().map(|&test| session.tests[test].stated_name().to_string()).collect();
+        let says = format!(
+            "the instrument of {} stands elsewhere in each of these tests: it was zeroed or mounted anew between them; give each a setup of its \
+             own, instrument: {{link: {}, setup: …}}",
+            listed(&names),
+            session.tests[tests[0]].pivot.link
+        );
+        Some(self.fault(&split, End::Pivot, left, names, says))
+    }
+
+    /// What stood at one end of the readings elsewhere from some row on: the residual is a shift and a turn of its frame before that row, and
+    /// another after; of a target a shift on its link alone.
+    fn moved_at(&self, end: End) -> Option<DataFault> {
+        let session = self.session;
+        let moved = visits(session, self.fit, end).into_iter().filter_map(|visits| {
+            let (at, left) = change(&visits)?;
+            (left < MOST_LEFT && left < left_by_drift(&visits)).then_some((left, visits, at))
+        });
+        let (left, visits, at) = moved.min_by(|a, b| a.0.total_cmp(&b.0))?;
+        let (first, row) = (visits[at].test, visits[at].row);
+        let later: Vec<usize> = visits[at..].iter().map(|visit| visit.test).filter(|&test| test != first).collect();
+        let begins_there = !visits[..at].iter().any(|visit| visit.test == first);
+        let split = self.split(with_second_place(session, end, (first, row), &later))?;
+        if split.left > MOST_LEFT_REFITTED || self.is_a_load(split.left) {
+            return None;
+        }
+        let test = &session.tests[first];
+        let of = test.stated_name().to_string();
+        let what = if end == End::Pivot { "instrument" } else { "target" };
+        let second = format!("{what}: {{link: {}, setup: second}}", end.of(test).link);
+        let mut says = match begins_there {
+            true => format!("the {what} of test '{of}' stands elsewhere than before: give that test {second}"),
+            false => format!(
+                "the {what} of test '{of}' stands elsewhere from row {} on: give these rows a test of their own with {second}",
+                row + 1
+            ),
+        };
+        if !later.is_empty() {
+            says.push_str("; the tests after it have the same second setup");
+        }
+        Some(self.fault(&split, end, left.min(split.left), vec![of], says))
+    }
+}
+
+/// Numbers of the reading whose first is a test.
+fn numbers(session: &Session, test: usize) -> usize {
+    session.tests[test].reading.part().map_or(0, |part| part.kind.scalars().len())
 }
 
 /// Where a target is mounted.
@@ -134,9 +167,9 @@ const EITHER_SIDE: f64 = 2.0;
 
 /// How evenly a fit leaves its residual between the places of what was moved, one where they are alike: another mistake leaves far more in its
 /// own tests.
-fn evenness(split: &Session, refitted: &Fit, end: End) -> f64 {
+fn evenness(split: &Split, end: End) -> f64 {
     let mut left: BTreeMap<Option<&str>, Vec<f64>> = BTreeMap::new();
-    for (test, fitted) in split.tests.iter().zip(&refitted.tests) {
+    for (test, fitted) in split.session.tests.iter().zip(&split.fit.tests) {
         let finite = fitted.residual_mm.iter().copied().filter(|left| left.is_finite());
         left.entry(end.of(test).setup.as_deref()).or_default().extend(finite);
     }
@@ -214,24 +247,21 @@ fn turns_of_link(session: &Session, chain: &Chain, test: usize) -> Option<Vec<Ma
     Some((0..motion.rows()).map(turn).collect())
 }
 
-/// How far from its first place a target is looked for, mm and rad, each one standard deviation: as those that no file places.
-const SOUGHT: (f64, f64) = (100.0, 0.1);
-
 /// The session with what stands at an end mounted anew from a row of a test on, and in later tests.
 fn with_second_place(session: &Session, end: End, (first, row): (usize, usize), later: &[usize]) -> Session {
     let mut split = session.clone();
     let mount = |test: &mut Test| {
-        let sought_mm = (end == End::Spindle).then_some(SOUGHT.0);
+        // it is looked for as one that no file places
+        let sought_mm = (end == End::Spindle).then_some(UNKNOWN_MM);
         end.mount_anew(test, SECOND.into(), sought_mm);
         if let Some(part) = test.reading.part_mut().filter(|part| end == End::Spindle && part.kind == Kind::Pose) {
-            part.target_turn_rad = Some(SOUGHT.1);
+            part.target_turn_rad = Some(UNKNOWN_RAD);
         }
     };
-    let numbers = |test: usize| session.tests[test].reading.part().map_or(0, |part| part.kind.scalars().len());
     for &test in later {
-        split.tests[test..test + numbers(test)].iter_mut().for_each(mount);
+        split.tests[test..test + numbers(session, test)].iter_mut().for_each(mount);
     }
-    for index in first..first + numbers(first) {
+    for index in first..first + numbers(session, first) {
         let mut second = session.tests[index].clone();
         second.name.push_str(" from there");
         mount(&mut second);

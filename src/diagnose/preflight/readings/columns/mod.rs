@@ -16,7 +16,6 @@ mod rotations;
 mod undone;
 
 use rayon::prelude::*;
-use std::f64::consts::SQRT_2;
 
 use crate::diagnose::cause::MOST_RIVALS;
 use crate::diagnose::fault_kind::FaultKind;
@@ -69,9 +68,8 @@ pub(crate) fn coordinates_in_metres(session: &Session, fit: &Fit) -> Option<Data
         let of = (0..session.tests.len())
             .filter(is_pose)
             .filter(|&test| session.tests[test].reading.part().is_some_and(|part| is_wanted(&part.scalar)));
-        // from pose to pose: a target that turned in its nest is no noise
-        let steps = of.flat_map(|test| fit.tests[test].residual_mm.windows(2)).map(|pair| pair[1] - pair[0]);
-        robust_sigma(steps.filter(|step| step.is_finite())) / SQRT_2
+        let left = of.flat_map(|test| &fit.tests[test].residual_mm).copied().filter(|left| left.is_finite());
+        robust_sigma(left)
     };
     let coordinates_mm = left_mm(|scalar| matches!(scalar, Scalar::Coordinate(_)));
     let rotations_mm = left_mm(|scalar| !matches!(scalar, Scalar::Coordinate(_)));
