@@ -60,9 +60,9 @@ impl Trend {
     }
 }
 
-/// A course is told when the odds for it are beyond these, as twice their logarithm: 1 in 45. Of machines that only scatter, eight
+/// A course is told when the odds for it are beyond these, as twice their logarithm: 1 in 74. Of machines that only scatter, eight
 /// numbers each, one in twenty at most is told as moving then (tests/history.rs).
-const LEAST_TWICE_LOG_ODDS: f64 = 7.6;
+const LEAST_TWICE_LOG_ODDS: f64 = 8.6;
 /// Fewer sessions tell no course: a line goes through any two.
 const LEAST_SESSIONS: usize = 4;
 /// Sessions on either side of a step.

@@ -92,7 +92,9 @@ pub fn history_text(report: &HistoryReport) -> String {
         ]);
     }
     text.push_str(&table.text());
-    text.push_str("\nA drift or step is told when it explains the values forty-five times better than scatter does.\n");
+    text.push_str(
+        "\nA drift or step is told when it explains the values seventy-four times better than scatter does.\n",
+    );
     text
 }
 
