@@ -110,6 +110,15 @@ fn the_command_reads_a_folder_of_dated_sessions() {
     let error =
         value["errors"].as_array().expect("errors").iter().find(|error| error["error"] == "EY0C").expect("EY0C");
     assert!((error["mean"].as_f64().expect("mean") + 52.9).abs() < 0.1 && error["course"]["kind"] == "steady");
+    // two of one day, whose names tell no time, and two that do
+    copy("2026-02-11-before-service");
+    let (_, value) = run(scratch.path());
+    assert!(value["warnings"].to_string().contains("are of one time"), "{value}");
+    std::fs::remove_dir_all(scratch.path().join("2026-02-11-before-service")).expect("removed");
+    copy("2026-02-11T18-00-evening");
+    let (code, value) = run(scratch.path());
+    assert!(code == Some(0) && !value["warnings"].to_string().contains("are of one time"), "{value}");
+    assert_eq!((&value["sessions"][2]["day"], &value["sessions"][2]["date"]), (&32.75.into(), &"2026-02-11 18:00".into()));
     copy("yesterday");
     let (code, value) = run(scratch.path());
     assert_eq!(code, Some(2));

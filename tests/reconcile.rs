@@ -211,3 +211,15 @@ fn any_design_with_the_fit_takes_part() {
     }
     assert_eq!(found.degrees_of_freedom, 16);
 }
+
+#[test]
+fn results_of_two_machines_are_refused() {
+    let mut claims = claims();
+    claims[1].session.machine.name = "another".into();
+    let said = Prepared::of(&claims, &Limits::default()).map(|_| ()).unwrap_err().to_string();
+    assert!(said.contains("Hermle C600U") && said.contains("another"), "{said}");
+    claims[1].session.machine.name = claims[0].session.machine.name.clone();
+    claims[1].session.machine.axes[3].origin.z += 0.01;
+    let said = Prepared::of(&claims, &Limits::default()).map(|_| ()).unwrap_err().to_string();
+    assert!(said.contains("A about"), "{said}");
+}

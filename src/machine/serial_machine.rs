@@ -77,6 +77,27 @@ impl Machine {
         self.spindle.as_ref().map(|spindle| -spindle.direction).or(along_z.then(|| -Vector3::z()))
     }
 
+    /// What a machine and another one say of themselves where that shows that they are two: names, or codes with the direction and place of
+    /// every axis (mm) as machine files state them. Location errors do not count.
+    pub fn told_from(&self, other: &Machine) -> Option<[String; 2]> {
+        let names = [&self.name, &other.name].map(Clone::clone);
+        let axes = [self, other].map(Machine::axes_in_words);
+        [names, axes].into_iter().find(|[one, other]| one != other)
+    }
+
+    /// Code, and direction and place of every axis (mm).
+    fn axes_in_words(&self) -> String {
+        let of = |axis: &Axis| {
+            let [d, o] =
+                [axis.direction, axis.origin].map(|v| format!("{:.4} {:.4} {:.4}", v.x + 0.0, v.y + 0.0, v.z + 0.0));
+            match axis.kind {
+                AxisKind::Linear => format!("{} along {d}", axis.name),
+                AxisKind::Rotary => format!("{} about {d} at {o}", axis.name),
+            }
+        };
+        format!("{}: {}", self.code, self.axes.iter().map(of).collect::<Vec<_>>().join(", "))
+    }
+
     /// Index of the axis with this name.
     pub fn axis_index(&self, name: &str) -> Option<usize> {
         self.axes.iter().position(|axis| axis.name == name)

@@ -11,6 +11,10 @@ pub enum ReconcileError {
     One,
     #[error("'{claim}': {reason}")]
     Design { claim: String, reason: String },
+    #[error(
+        "'{first}' is of the machine '{first_machine}' and '{claim}' of '{machine}': results of one machine are compared; give its machine files one name and the same axes"
+    )]
+    TwoMachines { first: String, first_machine: String, claim: String, machine: String },
     #[error("{method} does not tell {error}; state what the method gives, or method: fit")]
     NotOfTheMethod { error: String, method: String },
     #[error("no error is stated by two of the results; there is nothing to compare")]

@@ -32,6 +32,7 @@ impl Prepared {
         if claims.len() < 2 {
             return Err(ReconcileError::One);
         }
+        refuse_two_machines(claims)?;
         let designs = claims.iter().map(Design::of).collect::<Result<Vec<_>, _>>()?;
         let budgets = claims
             .iter()
@@ -109,4 +110,14 @@ impl Prepared {
     pub fn covariance(&self) -> &DMatrix<f64> {
         &self.covariance
     }
+}
+
+/// Results of one machine have its name, its code and its axes.
+fn refuse_two_machines(claims: &[Claim]) -> Result<(), ReconcileError> {
+    let Some((first, others)) = claims.split_first() else { return Ok(()) };
+    let of = |claim: &Claim| {
+        let [first_machine, machine] = first.session.machine.told_from(&claim.session.machine)?;
+        Some(ReconcileError::TwoMachines { first: first.name.clone(), first_machine, claim: claim.name.clone(), machine })
+    };
+    others.iter().find_map(of).map_or(Ok(()), Err)
 }

@@ -181,7 +181,7 @@ pub fn history_page(report: &HistoryReport) -> String {
 /// Values over time with their bars and the course.
 fn plot(error: &ErrorHistory, report: &HistoryReport) -> String {
     let (left, top, width, height) = (60.0, 14.0, 420.0, 180.0);
-    let last = report.days.last().copied().unwrap_or(1.0).max(1.0);
+    let last = report.days.last().copied().filter(|day| *day > 0.0).unwrap_or(1.0);
     let ends = error
         .points
         .iter()

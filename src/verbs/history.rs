@@ -7,7 +7,7 @@ use fiveaxis::diagnose::examine;
 use fiveaxis::history::{Point, trend};
 use fiveaxis::identify::{Options, Quantity};
 use fiveaxis::load::{load_session, names_tests};
-use fiveaxis::machine::{Axis, AxisKind, Component, Machine};
+use fiveaxis::machine::{Component, Machine};
 use fiveaxis::report::history::{ErrorHistory, HistoryReport, history_json, history_page, history_text};
 use jiff::civil::{Date, date};
 
@@ -21,7 +21,7 @@ const MOST_SESSIONS: usize = 1000;
 /// Arguments of `history`.
 #[derive(Args)]
 #[command(
-    after_help = "Each session lies in a folder of its own, or is a file of its own, whose name holds its date: 2026-03-14, 2026-03-14-after-crash.\nExample: fiveaxis history sessions --out history"
+    after_help = "Each session lies in a folder of its own, or is a file of its own, whose name holds its date: 2026-03-14, 2026-03-14-after-crash, 2026-03-14T09-30.\nExample: fiveaxis history sessions --out history"
 )]
 pub struct Arguments {
     /// Folder with the sessions
@@ -39,8 +39,7 @@ pub struct Arguments {
 
 /// One session as fitted: errors by name with unit, value, sigma of the noise and whole sigma.
 struct Fitted {
-    machine: String,
-    axes: String,
+    machine: Machine,
     errors: Vec<(String, &'static str, f64, f64, f64)>,
 }
 
@@ -55,13 +54,13 @@ pub fn run(arguments: &Arguments) -> Result<(), Refusal> {
         let fitted = fitted(&file, &mut inputs)?;
         drop(working);
         match fitted {
-            Some(fitted) => fits.push((date, file, day as f64, fitted)),
+            Some(fitted) => fits.push((date, file, day, fitted)),
             None => left_out
                 .push(format!("{} is left out: its recordings are not to be believed, see 'diagnose'", file.display())),
         }
     }
     if let Some((_, file, _, first)) = fits.first() {
-        refuse_two_machines((file, first), fits.iter().map(|(_, file, _, fitted)| (file, fitted)))?;
+        refuse_two_machines((file, &first.machine), fits.iter().map(|(_, file, _, fitted)| (file, &fitted.machine)))?;
     }
     let (fits, open): (Vec<_>, Vec<_>) = fits.into_iter().partition(|(.., fitted)| !fitted.errors.is_empty());
     let of_none = |(_, file, ..): &(String, PathBuf, f64, Fitted)| {
@@ -89,7 +88,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Refusal> {
         ErrorHistory { name: name.clone(), unit, trend: trend(&history.0), points: history.0, whole_sigma: history.1 }
     });
     let report = HistoryReport {
-        machine: first.machine.clone(),
+        machine: first.machine.name.clone(),
         errors: errors.collect(),
         sessions: fits.iter().map(|(date, file, ..)| (date.clone(), file.display().to_string())).collect(),
         days: fits.iter().map(|(_, _, day, _)| day - first_day).collect(),
@@ -124,39 +123,20 @@ fn fitted(file: &Path, inputs: &mut Vec<PathBuf>) -> Result<Option<Fitted>, Refu
         _ => None,
     });
     let errors = told.collect();
-    Ok(Some(Fitted { machine: session.machine.name.clone(), axes: axes_of(&session.machine), errors }))
-}
-
-/// Code, and direction and place of every axis (mm), as machine files state them.
-fn axes_of(machine: &Machine) -> String {
-    let of = |axis: &Axis| {
-        let [d, o] =
-            [axis.direction, axis.origin].map(|v| format!("{:.4} {:.4} {:.4}", v.x + 0.0, v.y + 0.0, v.z + 0.0));
-        match axis.kind {
-            AxisKind::Linear => format!("{} along {d}", axis.name),
-            AxisKind::Rotary => format!("{} about {d} at {o}", axis.name),
-        }
-    };
-    format!("{}: {}", machine.code, machine.axes.iter().map(of).collect::<Vec<_>>().join(", "))
+    Ok(Some(Fitted { machine: session.machine, errors }))
 }
 
 /// Sessions of one machine have its name, its code and its axes.
 fn refuse_two_machines<'f>(
-    (file, first): (&Path, &Fitted),
-    others: impl Iterator<Item = (&'f PathBuf, &'f Fitted)>,
+    (file, first): (&Path, &Machine),
+    others: impl Iterator<Item = (&'f PathBuf, &'f Machine)>,
 ) -> Result<(), Refusal> {
-    for (other, fitted) in others {
-        let told = match () {
-            () if fitted.machine != first.machine => [&first.machine, &fitted.machine],
-            () if fitted.axes != first.axes => [&first.axes, &fitted.axes],
-            () => continue,
-        };
+    for (other, machine) in others {
+        let Some([of_first, of_other]) = first.told_from(machine) else { continue };
         return Err(format!(
-            "{} is of the machine '{}' and {} of '{}': a history is of one machine; put each one's sessions into a folder of their own, or give its machine files one name and the same axes",
+            "{} is of the machine '{of_first}' and {} of '{of_other}': a history is of one machine; put each one's sessions into a folder of their own, or give its machine files one name and the same axes",
             file.display(),
-            told[0],
             other.display(),
-            told[1]
         )
         .into());
     }
@@ -164,7 +144,7 @@ fn refuse_two_machines<'f>(
 }
 
 /// Session files with date and day number, by time.
-fn session_files(folder: &Path) -> Result<Vec<(String, i64, PathBuf)>, Refusal> {
+fn session_files(folder: &Path) -> Result<Vec<(String, f64, PathBuf)>, Refusal> {
     let entries = std::fs::read_dir(folder).map_err(|why| {
         format!("{} cannot be read: {why}; name the folder that holds the sessions", folder.display())
     })?;
@@ -202,7 +182,14 @@ fn session_files(folder: &Path) -> Result<Vec<(String, i64, PathBuf)>, Refusal> 
         )
         .into());
     }
-    list.sort_by(|a, b| (a.1, &a.2).cmp(&(b.1, &b.2)));
+    list.sort_by(|a, b| a.1.total_cmp(&b.1).then_with(|| a.2.cmp(&b.2)));
+    for days in list.windows(2).filter(|days| days[0].1 == days[1].1) {
+        eprintln!(
+            "fiveaxis: {} and {} are of one time, and no step is looked for between them; add the time of day to their names, for example 2026-03-14T09-30",
+            days[0].2.display(),
+            days[1].2.display()
+        );
+    }
     Ok(list)
 }
 
@@ -218,25 +205,41 @@ fn not_in_calendar(file: &Path, date: &str) -> String {
 /// Years in which sessions may be: ball bars are younger.
 const YEARS: (i16, i16) = (1980, 2999);
 
-/// A date such as 2026-03-14 in a name, and its day number; an error is what looks like a date and is none.
-fn date_in(name: &str) -> Result<Option<(String, i64)>, String> {
-    let bytes = name.as_bytes();
+/// A date such as 2026-03-14 in a name, with the time where one follows it such as T09-30, and its number in days; an error is what
+/// looks like a date and is none.
+fn date_in(name: &str) -> Result<Option<(String, f64)>, String> {
     let mut wrong = None;
-    for from in 0..bytes.len().saturating_sub(9) {
-        let Some(part) = name.get(from..from + 10) else { continue };
-        let shape = part
-            .bytes()
-            .enumerate()
-            .all(|(k, byte)| if k == 4 || k == 7 { byte == b'-' } else { byte.is_ascii_digit() });
-        if !shape {
-            continue;
-        }
+    for from in 0..name.len().saturating_sub(9) {
+        let Some(part) = name.get(from..from + 10).filter(|part| has_shape(part, "0000-00-00")) else { continue };
         if let Some(day) = part.parse::<Date>().ok().filter(|day| (YEARS.0..=YEARS.1).contains(&day.year())) {
-            return Ok(Some((part.to_string(), day_number(day))));
+            return Ok(Some(match time_in(&name[from + 10..]) {
+                Some([hour, minute]) => {
+                    let part_of_day = (hour + minute / 60.0) / 24.0;
+                    (format!("{part} {hour:02}:{minute:02}"), day_number(day) as f64 + part_of_day)
+                }
+                None => (part.to_string(), day_number(day) as f64),
+            }));
         }
         wrong.get_or_insert_with(|| part.to_string());
     }
     wrong.map_or(Ok(None), Err)
+}
+
+/// Hour and minute such as T09-30, T09:30 or T0930 with which a text begins.
+fn time_in(text: &str) -> Option<[f64; 2]> {
+    let ends = |length: usize| !text.as_bytes().get(length).is_some_and(u8::is_ascii_digit);
+    let shape = ["T00-00", "T00:00", "T0000"].into_iter().find(|shape| {
+        text.get(..shape.len()).is_some_and(|part| has_shape(part, shape)) && ends(shape.len())
+    })?;
+    let number = |from: usize| text[from..from + 2].parse::<f64>().ok();
+    let [hour, minute] = [number(1)?, number(shape.len() - 2)?];
+    (hour < 24.0 && minute < 60.0).then_some([hour, minute])
+}
+
+/// Whether a text has the characters of a shape, in which 0 stands for any digit.
+fn has_shape(text: &str, shape: &str) -> bool {
+    let is = |(byte, due): (u8, u8)| if due == b'0' { byte.is_ascii_digit() } else { byte == due };
+    text.len() == shape.len() && text.bytes().zip(shape.bytes()).all(is)
 }
 
 /// Days in the Gregorian calendar since 29 February of the year 0.
