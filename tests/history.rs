@@ -118,7 +118,10 @@ fn the_command_reads_a_folder_of_dated_sessions() {
     copy("2026-02-11T18-00-evening");
     let (code, value) = run(scratch.path());
     assert!(code == Some(0) && !value["warnings"].to_string().contains("are of one time"), "{value}");
-    assert_eq!((&value["sessions"][2]["day"], &value["sessions"][2]["date"]), (&32.75.into(), &"2026-02-11 18:00".into()));
+    assert_eq!(
+        (&value["sessions"][2]["day"], &value["sessions"][2]["date"]),
+        (&32.75.into(), &"2026-02-11 18:00".into())
+    );
     copy("yesterday");
     let (code, value) = run(scratch.path());
     assert_eq!(code, Some(2));

@@ -664,3 +664,104 @@ fn coordinates_in_metres_are_told_by_rotations_and_a_sense_that_nothing_fixes_is
     assert_eq!(said["mistake"]["effect"], "unit", "{said}");
     assert!(said["mistake"]["says"].as_str().unwrap().contains("in metres"));
 }
+
+/// Machine of the R-test, with location errors or without.
+fn trunnion(errors: [&str; 2]) -> String {
+    format!(
+        "name: trunnion\ncode: \"[wCAbYXZt]\"\ndirections: carried\naxes:\n  A: {{origin: [0, 20, -30]{}}}\n  C: {{origin: [10, 0, 0]{}}}\n",
+        errors[0], errors[1]
+    )
+}
+
+/// An R-test: three coordinates of a ball on the table, seen from the spindle that follows it, with noise of 1 µm. Says what `identify` says
+/// of the session with its rows changed.
+fn said_of_an_r_test(files: usize, change: impl Fn(usize, [f64; 3]) -> [f64; 3]) -> String {
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name);
+    let errors = [
+        ", errors: {EY0A: 25 um, EZ0A: -18 um, EB0A: 12 arcsec, EC0A: -9 arcsec}",
+        ", errors: {EX0C: 14 um, EY0C: -22 um, EA0C: 8 arcsec, EB0C: -15 arcsec}",
+    ];
+    std::fs::write(path("machine.yaml"), trunnion(errors)).unwrap();
+    let (tilts, turns) =
+        ((0..13).map(|k| (-90.0 + 10.0 * f64::from(k), 0.0)), (0..24).map(|k| (0.0, 15.0 * f64::from(k))));
+    let both = [-60.0, -30.0, 20.0].into_iter().flat_map(|tilt| (0..12).map(move |k| (tilt, 30.0 * f64::from(k))));
+    // where the nominal machine carries the ball, by plane trigonometry
+    let followed = |(tilt, turn): (f64, f64)| {
+        let (c, a) = (turn.to_radians(), tilt.to_radians());
+        let (x, y) = (140.0 * c.cos() - 40.0 * c.sin() + 10.0, 140.0 * c.sin() + 40.0 * c.cos() - 20.0);
+        let (y, z) = (y * a.cos() - 90.0 * a.sin() + 20.0, y * a.sin() + 90.0 * a.cos() - 30.0);
+        format!("{tilt},{turn},{:.4},{:.4},{:.4},0,0,0", x - 150.0, y - 40.0, z - 60.0)
+    };
+    let rows: Vec<String> = tilts.chain(turns).chain(both).map(followed).collect();
+    let mut session = "machine: machine.yaml\nreadings: point\ntests:\n".to_string();
+    for file in 0..files {
+        let numbered = rows.iter().enumerate().map(|(row, text)| format!("{row},{text}\n"));
+        let text = format!("pose,A_deg,C_deg,X_mm,Y_mm,Z_mm,x_mm,y_mm,z_mm\n{}", numbered.collect::<String>());
+        std::fs::write(path(&format!("{file}.csv")), text).unwrap();
+        write!(
+            session,
+            "  - name: r{file}\n    recording: {file}.csv\n    instrument: {{link: Z, at: [150, 40, 60], quaternion: [1, 0, 0, 0], spread: 1 mm, turn_spread: 0.02 rad}}\n    target: {{link: C, at: [150, 40, 60], spread: 1 mm}}\n"
+        )
+        .unwrap();
+    }
+    std::fs::write(path("session.yaml"), &session).unwrap();
+    let text = |name: &str| path(name).to_str().unwrap().to_string();
+    let done = fiveaxis(&["simulate", &text("session.yaml"), "--out", &text("out")]);
+    assert!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr));
+    std::fs::write(path("machine.yaml"), trunnion(["", ""])).unwrap();
+    let mut random = ChaCha8Rng::seed_from_u64(SEED);
+    let noise = Normal::new(0.0, 1e-3).unwrap();
+    for file in 0..files {
+        let read = std::fs::read_to_string(path("out").join(format!("{file}.csv"))).unwrap();
+        let changed = read.lines().enumerate().map(|(row, line)| {
+            let mut fields: Vec<String> = line.split(',').map(String::from).collect();
+            if row > 0 {
+                let read = [6, 7, 8].map(|k| fields[k].parse::<f64>().unwrap() + noise.sample(&mut random));
+                change(file, read).iter().zip(6..).for_each(|(value, k)| fields[k] = format!("{value:.9}"));
+            }
+            fields.join(",") + "\n"
+        });
+        std::fs::write(path(&format!("{file}.csv")), changed.collect::<String>()).unwrap();
+    }
+    String::from_utf8_lossy(&fiveaxis(&["identify", &text("session.yaml"), "--json"]).stdout).into_owned()
+}
+
+#[test]
+fn an_r_test_tells_how_its_coordinates_are_held() {
+    let sound = said_of_an_r_test(1, |_, read| read);
+    assert!(sound.contains("\"fits\"") && sound.contains("do not tell their own sense"), "{sound}");
+    let per = |factor: f64| move |_: usize, read: [f64; 3]| read.map(|value| value * factor);
+    type Change<'c> = &'c dyn Fn(usize, [f64; 3]) -> [f64; 3];
+    let mistakes: [(Change, &str); 7] = [
+        (&|_, [x, y, z]| [y, x, z], "the columns x and y of the readings are exchanged"),
+        (&|_, [x, y, z]| [x, y, -z], "z of the readings counts the other way"),
+        (
+            &|_, [x, y, z]| [y, -x, z],
+            "turned by 90° about its z against the session: state quaternion: [0.7071, 0.0000, 0.0000, 0.7071]",
+        ),
+        (
+            &|_, [x, y, z]| [x, z, -y],
+            "turned by 90° about its x against the session: state quaternion: [0.7071, 0.7071, 0.0000, 0.0000]",
+        ),
+        (&per(1e-3), "coordinates are in metres"),
+        (&per(1e3), "coordinates are in µm"),
+        (&per(1.0 / 25.4), "are they in metres or inches?"),
+    ];
+    for (change, due) in mistakes {
+        let said = said_of_an_r_test(1, change);
+        assert!(said.contains(due), "due is '{due}', said was {}", &said[..said.len().min(3000)]);
+    }
+}
+
+#[test]
+fn one_file_of_several_in_another_unit_is_named() {
+    for (factor, due) in [
+        (1e-3, "coordinates of r1 are in metres"),
+        (1.0 / 25.4, "coordinates of r1 are in inches"),
+        (1e3, "coordinates of r1 are in µm"),
+    ] {
+        let said = said_of_an_r_test(3, |file, read| if file == 1 { read.map(|value| factor * value) } else { read });
+        assert!(said.contains(due), "due is '{due}', said was {}", &said[..said.len().min(3000)]);
+    }
+}

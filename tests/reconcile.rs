@@ -219,7 +219,8 @@ fn results_of_two_machines_are_refused() {
     let said = Prepared::of(&claims, &Limits::default()).map(|_| ()).unwrap_err().to_string();
     assert!(said.contains("Hermle C600U") && said.contains("another"), "{said}");
     claims[1].session.machine.name = claims[0].session.machine.name.clone();
-    claims[1].session.machine.axes[3].origin.z += 0.01;
+    let tilt = claims[1].session.machine.axis_index("A").unwrap();
+    claims[1].session.machine.axes[tilt].origin.z += 0.01;
     let said = Prepared::of(&claims, &Limits::default()).map(|_| ()).unwrap_err().to_string();
     assert!(said.contains("A about"), "{said}");
 }

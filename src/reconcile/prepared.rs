@@ -117,7 +117,12 @@ fn refuse_two_machines(claims: &[Claim]) -> Result<(), ReconcileError> {
     let Some((first, others)) = claims.split_first() else { return Ok(()) };
     let of = |claim: &Claim| {
         let [first_machine, machine] = first.session.machine.told_from(&claim.session.machine)?;
-        Some(ReconcileError::TwoMachines { first: first.name.clone(), first_machine, claim: claim.name.clone(), machine })
+        Some(ReconcileError::TwoMachines {
+            first: first.name.clone(),
+            first_machine,
+            claim: claim.name.clone(),
+            machine,
+        })
     };
     others.iter().find_map(of).map_or(Ok(()), Err)
 }

@@ -74,11 +74,15 @@ pub fn locate_instruments(session: &mut Session, chain: &Chain) -> Result<(), (S
     }
 }
 
+/// Whether the place of a ball, instrument or target is looked for by the readings.
+pub fn is_looked_for(ball: &Ball) -> bool {
+    ball.spread_mm.is_some_and(|spread_mm| spread_mm > LOOKED_FOR_MM)
+}
+
 /// The session with every place that was found from readings found once more, as with another machine; `None` where that cannot be.
 pub fn located_anew(mut session: Session, chain: &Chain) -> Option<Session> {
-    let is_found = |ball: &Ball| ball.spread_mm.is_some_and(|spread_mm| spread_mm > LOOKED_FOR_MM);
     for test in &mut session.tests {
-        let (is_instrument, is_target) = (is_found(&test.pivot), is_found(&test.spindle_ball));
+        let (is_instrument, is_target) = (is_looked_for(&test.pivot), is_looked_for(&test.spindle_ball));
         let Some(part) = test.reading.part_mut() else { continue };
         if is_instrument {
             (test.pivot.at, part.instrument_axes) = (Vector3::repeat(f64::NAN), Matrix3::identity());
@@ -91,25 +95,24 @@ pub fn located_anew(mut session: Session, chain: &Chain) -> Option<Session> {
     Some(session)
 }
 
-/// How far readings of points and poses lie from the nominal chain with instruments and targets where they fit best: the largest of
-/// the medians over instruments.
+/// How far the readings of a test of points or poses lie from the nominal chain with instrument and target where they fit best: medians.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SightedMisfit {
+    /// Number of its first test in the session.
+    pub first: usize,
     pub point_mm: f64,
     /// Of rotations, rad; `None` where none was read.
     pub turn_rad: Option<f64>,
 }
 
-/// The misfit of points and poses by the nominal chain; `None` where none is read.
-pub fn sighted_misfit(session: &Session, chain: &Chain) -> Option<SightedMisfit> {
+/// The misfits of points and poses by the nominal chain.
+pub fn sighted_misfits(session: &Session, chain: &Chain) -> Vec<SightedMisfit> {
     let firsts = (0..session.tests.len()).filter(|&test| session.tests[test].is_first_of_sighting());
-    let located =
-        firsts.filter_map(|first| locate(&sightings(session, chain, first), Target::Sought(Vector3::zeros())));
-    let of = located.map(|found| SightedMisfit { point_mm: found.misfit_mm, turn_rad: found.turn_misfit_rad });
-    of.reduce(|one, other| SightedMisfit {
-        point_mm: one.point_mm.max(other.point_mm),
-        turn_rad: one.turn_rad.into_iter().chain(other.turn_rad).reduce(f64::max),
-    })
+    let of = |first: usize| {
+        let found = locate(&sightings(session, chain, first), Target::Sought(Vector3::zeros()))?;
+        Some(SightedMisfit { first, point_mm: found.misfit_mm, turn_rad: found.turn_misfit_rad })
+    };
+    firsts.filter_map(of).collect()
 }
 
 /// What was found goes to every test with this instrument or this target.

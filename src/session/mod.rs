@@ -18,7 +18,7 @@ pub(crate) use ball::FREE_ZERO_MM;
 pub use ball::{Ball, FREE_PIVOT_LENGTH_MM, Spread, Zero};
 pub use claim::{Claim, ClaimedValue, Reduction};
 pub use instruments::SightedMisfit;
-pub(crate) use instruments::{locate_instruments, located_anew, sighted_misfit};
+pub(crate) use instruments::{is_looked_for, locate_instruments, located_anew, sighted_misfits};
 pub use mark_move::marked;
 pub use marks::Marks;
 pub(crate) use marks::times_beside_readings;

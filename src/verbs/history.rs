@@ -228,9 +228,9 @@ fn date_in(name: &str) -> Result<Option<(String, f64)>, String> {
 /// Hour and minute such as T09-30, T09:30 or T0930 with which a text begins.
 fn time_in(text: &str) -> Option<[f64; 2]> {
     let ends = |length: usize| !text.as_bytes().get(length).is_some_and(u8::is_ascii_digit);
-    let shape = ["T00-00", "T00:00", "T0000"].into_iter().find(|shape| {
-        text.get(..shape.len()).is_some_and(|part| has_shape(part, shape)) && ends(shape.len())
-    })?;
+    let shape = ["T00-00", "T00:00", "T0000"]
+        .into_iter()
+        .find(|shape| text.get(..shape.len()).is_some_and(|part| has_shape(part, shape)) && ends(shape.len()))?;
     let number = |from: usize| text[from..from + 2].parse::<f64>().ok();
     let [hour, minute] = [number(1)?, number(shape.len() - 2)?];
     (hour < 24.0 && minute < 60.0).then_some([hour, minute])

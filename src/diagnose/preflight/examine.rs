@@ -8,7 +8,10 @@ use super::mistake_or_effect::held_against_physics;
 use super::places::frames::moved;
 use super::places::standing::a_little_elsewhere;
 use super::quick_fit::{refit, robust_rms_mm, strain};
-use super::readings::columns::{coordinates_in_metres, mistaken_columns, mistaken_gauge};
+use super::readings::columns::{
+    coordinates_held_otherwise, coordinates_in_metres, coordinates_too_fine, mistaken_columns, mistaken_gauge,
+    sense_of_coordinates,
+};
 use super::readings::scaled::held_otherwise;
 use super::small_misfit::{Misfit, Preflight};
 use super::unchanging::unchanging;
@@ -106,8 +109,11 @@ pub(crate) fn examined(session: &Session, options: &Options) -> Result<Examinati
     let mut fault = if session.has_parts() { copied_rows(session) } else { contradiction(session) };
     if session.has_parts() && fault.is_none() {
         fault = misfit.as_ref().and_then(|_| mistaken_columns(session)).or_else(|| mistaken_gauge(session));
-        fault = fault.or_else(|| coordinates_in_metres(session, fit.as_ref()?));
+        fault = fault.or_else(|| coordinates_held_otherwise(session));
+        // what moved puts rotations off, which tell whether coordinates are in metres
         fault = fault.or_else(|| moved(session, options, fit.as_ref()?));
+        fault = fault.or_else(|| coordinates_in_metres(session, fit.as_ref()?));
+        fault = fault.or_else(|| coordinates_too_fine(session, fit.as_ref()?));
     }
     if fault.is_none() && !session.has_parts() && noisy.is_none() && misfit.is_some() {
         let gross = contest(session).map(|fault| match repeats_um {
@@ -124,6 +130,7 @@ pub(crate) fn examined(session: &Session, options: &Options) -> Result<Examinati
             Sense::Perhaps(why) => warnings.push(why),
             Sense::Wrong(turned) => fault = Some(turned),
         }
+        warnings.extend(sense_of_coordinates(session));
     }
     let unknown = "; no mistake that is known explains it: check machine file, ball places, bars and which recording \
                    belongs to which test";

@@ -31,7 +31,9 @@ const SECOND: &str = "second";
 /// An instrument, or a target on its link, that was moved during a session.
 pub(crate) fn moved(session: &Session, options: &Options, fit: &Fit) -> Option<DataFault> {
     let fitted = Fitted { session, options, fit, before_mm: all_mm(fit), by_load: OnceCell::new() };
-    let moved = [End::Pivot, End::Spindle].into_iter().filter_map(|end| fitted.moved_at(end));
+    let ends =
+        [(End::Pivot, Numbers::OfPoints), (End::Spindle, Numbers::OfPoints), (End::Spindle, Numbers::OfRotations)];
+    let moved = ends.into_iter().filter_map(|(end, of)| fitted.moved_at(end, of));
     let once = moved.min_by(|one, other| one.after_um.total_cmp(&other.after_um));
     let before_um = once.as_ref().map_or(1e3 * fitted.before_mm, |once| once.after_um);
     fitted.anew_in_each().filter(|each| each.after_um.powi(2) < MOST_LEFT_REFITTED * before_um.powi(2)).or(once)
@@ -89,7 +91,7 @@ impl Fitted<'_> {
     /// An instrument that was zeroed or mounted anew for each of its tests.
     fn anew_in_each(&self) -> Option<DataFault> {
         let session = self.session;
-        let each = visits(session, self.fit, End::Pivot).into_iter().filter_map(|visits| {
+        let each = visits(session, self.fit, (End::Pivot, Numbers::OfPoints)).into_iter().filter_map(|visits| {
             let by_test: Vec<&[Visit]> = visits.chunk_by(|one, next| one.test == next.test).collect();
             let squares: f64 = visits.iter().map(|visit| visit.left.norm_squared()).sum();
             let explained: f64 = by_test.iter().map(|visits| Sums::of(visits).explained()).sum();
@@ -121,10 +123,10 @@ impl Fitted<'_> {
     }
 
     /// What stood at one end of the readings elsewhere from some row on: the residual is a shift and a turn of its frame before that row, and
-    /// another after; of a target a shift on its link alone.
-    fn moved_at(&self, end: End) -> Option<DataFault> {
+    /// another after; of a target a shift on its link alone, or a turn there.
+    fn moved_at(&self, end: End, of: Numbers) -> Option<DataFault> {
         let session = self.session;
-        let moved = visits(session, self.fit, end).into_iter().filter_map(|visits| {
+        let moved = visits(session, self.fit, (end, of)).into_iter().filter_map(|visits| {
             let (at, left) = change(&visits)?;
             (left < MOST_LEFT && left < left_by_drift(&visits)).then_some((left, visits, at))
         });
@@ -151,6 +153,22 @@ impl Fitted<'_> {
             says.push_str("; the tests after it have the same second setup");
         }
         Some(self.fault(&split, end, left.min(split.left), vec![of], says))
+    }
+}
+
+/// What of a pose shows that something moved.
+#[derive(Clone, Copy, PartialEq)]
+enum Numbers {
+    /// Its coordinates.
+    OfPoints,
+    /// Its rotation, for a target that was turned.
+    OfRotations,
+}
+
+impl Numbers {
+    /// How many numbers stand before them.
+    fn after(self) -> usize {
+        if self == Numbers::OfPoints { 0 } else { 3 }
     }
 }
 
@@ -189,11 +207,11 @@ struct Visit {
 
 /// What each instrument saw, or was seen of each target, in the order of the session, points from their middle; none of one that saw
 /// too little.
-fn visits(session: &Session, fit: &Fit, end: End) -> Vec<Vec<Visit>> {
+fn visits(session: &Session, fit: &Fit, (end, of): (End, Numbers)) -> Vec<Vec<Visit>> {
     let setups = Setups::of(session);
     let chain = Chain::of(&session.machine);
     let firsts = (0..session.tests.len()).filter(|&test| session.tests[test].is_first_of_sighting());
-    let mut order: Vec<usize> = firsts.collect();
+    let mut order: Vec<usize> = firsts.filter(|&test| numbers(session, test) >= of.after() + 3).collect();
     order.sort_by(|&a, &b| session.tests[a].started_at_s.total_cmp(&session.tests[b].started_at_s));
     let mut by_setup: Vec<(usize, Vec<Visit>)> = Vec::new();
     for test in order {
@@ -203,7 +221,7 @@ fn visits(session: &Session, fit: &Fit, end: End) -> Vec<Vec<Visit>> {
             End::Spindle => turns_of_link(session, &chain, test),
         };
         let seen = (0..session.tests[test].rows()).filter_map(|row| {
-            let left = Vector3::from([0, 1, 2].map(|k| fit.tests[test + k].residual_mm[row]));
+            let left = Vector3::from([0, 1, 2].map(|k| fit.tests[test + of.after() + k].residual_mm[row]));
             let point = Vector3::from([0, 1, 2].map(|k| number(k, row).unwrap_or(f64::NAN)));
             let (point, left) = match &turns {
                 None => (point, left),

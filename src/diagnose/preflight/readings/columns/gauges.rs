@@ -53,7 +53,7 @@ pub(super) fn mistakes_of_gauges(session: &Session) -> Vec<Undone> {
         }
     }
     let are_no_mm = beyond_any_machine(session);
-    let every: Vec<String> = gauges.iter().map(|gauge| gauge.name.clone()).collect();
+    let every: Vec<String> = gauges.iter().map(|gauge| gauge.stated_name().to_string()).collect();
     let mut groups: Vec<Vec<String>> = every.iter().map(|name| vec![name.clone()]).collect();
     if every.len() > 1 {
         groups.push(every);
@@ -65,7 +65,11 @@ pub(super) fn mistakes_of_gauges(session: &Session) -> Vec<Undone> {
         };
         factors.each_ref().map(|&(factor, kind, ref words)| {
             let mut undone = session.clone();
-            for test in undone.tests.iter_mut().filter(|test| names.contains(&test.name)) {
+            for test in undone
+                .tests
+                .iter_mut()
+                .filter(|test| is_gauge(test) && names.iter().any(|name| name == test.stated_name()))
+            {
                 let lengths = test.recording.iter_mut().flat_map(|recording| &mut recording.length_mm);
                 lengths.for_each(|value| *value *= factor);
             }

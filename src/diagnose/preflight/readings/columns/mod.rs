@@ -6,12 +6,14 @@
 //! | file | mistakes |
 //! |---|---|
 //! | `points` | of coordinates, positions and links, which coordinates tell |
+//! | `refitted` | of coordinates that are near to the nominal chain however they are held |
 //! | `rotations` | of the form of rotations |
 //! | `gauges` | of the sense and unit of displacements |
 //! | `undone` | what they have in common |
 
 mod gauges;
 mod points;
+mod refitted;
 mod rotations;
 mod undone;
 
@@ -27,8 +29,9 @@ use crate::statistics::{NOISE_FLOOR_MM, robust_sigma};
 
 use gauges::{gauges_mm, mistakes_of_gauges};
 use points::{mistakes_of_points, points_mm};
+use refitted::{fits_reversed, refitted};
 use rotations::{mistakes_of_rotations, turns_rad};
-use undone::Undone;
+use undone::{COORDINATES, Undone};
 
 /// Undoing a mistake brings the readings so many times nearer to the nominal chain: nominal dimensions are off by millimetres, a
 /// wrong sense by the size of the machine.
@@ -84,7 +87,7 @@ pub(crate) fn coordinates_in_metres(session: &Session, fit: &Fit) -> Option<Data
             1e3 * rotations_mm
         );
         let fault = DataFault::seen(FaultKind::Unit, RECORDER, Vec::new(), says);
-        DataFault { components: vec!["coordinates".into()], ..fault }
+        DataFault { components: vec![COORDINATES.into()], ..fault }
     })
 }
 
@@ -99,20 +102,65 @@ fn best(
     let before = measure(session, &|_| 1.0).filter(|misfit| *misfit > near)?;
     let judged = mistakes(session).into_par_iter().filter_map(|one| {
         let left = measure(&one.session, &|test| one.scale_of(test))?;
-        Some((left, one))
+        Some((to_um * left, one))
     });
-    let mut judged: Vec<(f64, Undone)> = judged.collect();
+    likeliest(to_um * before, judged.collect(), LEAST_RATIO)
+}
+
+/// Coordinates that fit so many times better once they are held otherwise: whatever a machine does beside its location errors, it does not
+/// do as one that is mirrored.
+const LEAST_RATIO_REFITTED: f64 = 2.0;
+
+/// Coordinates that a fit tells to be exchanged, mirrored, turned or in another unit.
+pub(crate) fn coordinates_held_otherwise(session: &Session) -> Option<DataFault> {
+    let (before_um, judged) = refitted(session)?;
+    likeliest(before_um, judged, LEAST_RATIO_REFITTED)
+}
+
+/// Residual of points below which no instrument reads and no machine comes back to a place, µm; that of readings without noise is below
+/// [`ROUNDING_UM`].
+const LEAST_RESIDUAL_UM: f64 = 0.05;
+const ROUNDING_UM: f64 = 1e-3;
+
+/// Points that fit better than any that were read: their unit is larger than mm.
+pub(crate) fn coordinates_too_fine(session: &Session, fit: &Fit) -> Option<DataFault> {
+    let is_of_points = session.tests.iter().all(Test::is_sighted);
+    let left_um = 1e3 * fit.rms_mm;
+    let is_too_fine = is_of_points && (ROUNDING_UM..LEAST_RESIDUAL_UM).contains(&left_um);
+    is_too_fine.then(|| {
+        let says = format!(
+            "coordinates fit to {left_um:.3} µm rms, where no instrument reads and no machine comes back to a place so well: are they in metres or \
+             inches? Convert the columns to mm"
+        );
+        let fault = DataFault::seen(FaultKind::Unit, RECORDER, Vec::new(), says);
+        DataFault { components: vec![COORDINATES.into()], ..fault }
+    })
+}
+
+/// A word where points do not tell their own sense.
+pub(crate) fn sense_of_coordinates(session: &Session) -> Option<String> {
+    let has_points = session.tests.iter().any(Test::is_sighted);
+    (has_points && fits_reversed(session)).then(|| {
+        "these readings do not tell their own sense: with all coordinates turned they fit as well, and every error has the other sign; move \
+         the target by hand along x and look whether x rises"
+            .to_string()
+    })
+}
+
+/// The mistake that leaves least, µm, with those that leave as little, where it lowers what is left as read, µm, so many times.
+fn likeliest(before_um: f64, mut judged: Vec<(f64, Undone)>, least_ratio: f64) -> Option<DataFault> {
     judged.sort_by(|a, b| a.0.total_cmp(&b.0));
     let mut alike = judged.into_iter();
-    let (after, best) = alike.next().filter(|(after, _)| before > LEAST_RATIO * after)?;
-    let rivals = alike.take_while(|(other, _)| *other < AS_LIKELY_UP_TO * after).take(MOST_RIVALS).map(|(_, other)| {
-        let Undone { kind, place, components, says, .. } = other;
-        Rival { kind, place: place.to_string(), components, says, probability: 0.0 }
-    });
+    let (after_um, best) = alike.next().filter(|(after_um, _)| before_um > least_ratio * after_um)?;
+    let rivals =
+        alike.take_while(|(other, _)| *other < AS_LIKELY_UP_TO * after_um).take(MOST_RIVALS).map(|(_, other)| {
+            let Undone { kind, place, components, says, .. } = other;
+            Rival { kind, place: place.to_string(), components, says, probability: 0.0 }
+        });
     let fault = DataFault {
         components: best.components,
-        before_um: to_um * before,
-        after_um: to_um * after,
+        before_um,
+        after_um,
         rivals: rivals.collect(),
         ..DataFault::seen(best.kind, best.place, Vec::new(), best.says)
     };

@@ -2,21 +2,21 @@
 
 use nalgebra::Vector3;
 
-use super::undone::{AS_READ, Undone};
+use super::undone::{AS_READ, COORDINATES, Undone};
 use crate::chain::Chain;
 use crate::diagnose::fault_kind::FaultKind;
 use crate::diagnose::preflight::data_fault::{RECORDER, SESSION};
 use crate::machine::AxisKind;
-use crate::session::{Recording, Session, Test, sighted_misfit};
+use crate::session::{Recording, Session, Test, sighted_misfits};
 use crate::units::OtherUnit;
 
 /// Rows by which readings may stand beside those of other poses: a header lost, a pose left out, a table pasted beside another.
 const MOST_ROWS_OFF: i64 = 3;
 
-/// Distance of the points from the nominal chain at the size at which they were read, mm; `None` without points.
+/// Largest distance of a test's points from the nominal chain at the size at which they were read, mm; `None` without points.
 pub(super) fn points_mm(session: &Session, scale_of: &dyn Fn(&Test) -> f64) -> Option<f64> {
-    let scale = session.tests.iter().find(|test| test.is_sighted()).map_or(1.0, scale_of);
-    sighted_misfit(session, &Chain::of(&session.machine)).map(|misfit| misfit.point_mm / scale)
+    let misfits = sighted_misfits(session, &Chain::of(&session.machine)).into_iter();
+    misfits.map(|misfit| misfit.point_mm / scale_of(&session.tests[misfit.first])).reduce(f64::max)
 }
 
 /// Every mistake of points and poses that coordinates tell, undone.
@@ -24,22 +24,45 @@ pub(super) fn mistakes_of_points(session: &Session) -> Vec<Undone> {
     let mut list = senses(session);
     list.extend(exchanged(session));
     list.extend(units_of_positions(session));
-    for OtherUnit { name: unit, size: factor } in [OtherUnit::METRES, OtherUnit::INCHES] {
-        let undone = with_coordinates(session, |point| point * factor);
-        let says = format!("coordinates are in {unit}: convert the columns to mm");
-        list.push(Undone { scale: (factor, None), ..of_coordinates(FaultKind::Unit, says, undone) });
+    let exchanged = |of: Option<&str>, says: String| {
+        let undone = with_coordinates(session, of, |point| Vector3::new(point.y, point.x, point.z));
+        of_coordinates(FaultKind::SwappedColumns, says, undone)
+    };
+    list.extend(in_units(session, None));
+    list.push(exchanged(None, EXCHANGED.into()));
+    for name in sightings_if_several(session) {
+        list.extend(in_units(session, Some(name)));
+        list.push(exchanged(Some(name), format!("in {name} {EXCHANGED}")));
     }
-    // with the instrument's axes unknown every exchange of two columns looks like every other, and like a mirrored axis
-    let says = "two of the columns x, y and z of the readings are exchanged, or one of the instrument's axes is mirrored: correct the header";
-    let swapped = with_coordinates(session, |point| Vector3::new(point.y, point.x, point.z));
-    list.push(of_coordinates(FaultKind::SwappedColumns, says.into(), swapped));
     list.extend(other_links(session));
     list.extend(rows_off(session));
     list
 }
 
+/// With the instrument's axes unknown every exchange of two columns looks like every other, and like a mirrored axis.
+pub(super) const EXCHANGED: &str = "two of the columns x, y and z of the readings are exchanged, or one of the instrument's axes is mirrored: correct the header";
+
+/// Names of the tests of points and poses, where there is more than one.
+pub(super) fn sightings_if_several(session: &Session) -> Vec<&str> {
+    let firsts = session.tests.iter().filter(|test| test.is_first_of_sighting());
+    let names: Vec<&str> = firsts.map(Test::stated_name).collect();
+    if names.len() > 1 { names } else { Vec::new() }
+}
+
+/// Coordinates in another unit: of the test of that name, or of all.
+pub(super) fn in_units<'s>(session: &'s Session, of: Option<&'s str>) -> impl Iterator<Item = Undone> + 's {
+    let in_unit = move |OtherUnit { name: unit, size: factor }: OtherUnit| {
+        let undone = with_coordinates(session, of, |point| point * factor);
+        let whose = of.map_or_else(String::new, |name| format!(" of {name}"));
+        let says = format!("coordinates{whose} are in {unit}: convert the columns to mm");
+        let scale = (factor, of.map(|name| vec![name.to_string()]));
+        Undone { scale, ..of_coordinates(FaultKind::Unit, says, undone) }
+    };
+    [OtherUnit::METRES, OtherUnit::INCHES, OtherUnit::MICROMETRES].into_iter().map(in_unit)
+}
+
 fn of_coordinates(kind: FaultKind, says: String, session: Session) -> Undone {
-    Undone { kind, place: RECORDER, components: vec!["coordinates".into()], says, session, scale: AS_READ }
+    Undone { kind, place: RECORDER, components: vec![COORDINATES.into()], says, session, scale: AS_READ }
 }
 
 /// Axes that count the other way: one, or all that carry the workpiece, as another convention has them.
@@ -199,7 +222,7 @@ fn rows_off(session: &Session) -> Vec<Undone> {
         Undone {
             kind: FaultKind::ReadingsOrder,
             place: RECORDER,
-            components: vec!["coordinates".into()],
+            components: vec![COORDINATES.into()],
             says,
             session: undone,
             scale: AS_READ,
@@ -237,10 +260,15 @@ fn with_positions(session: &Session, change: impl Fn(usize, f64) -> (usize, f64)
     changed
 }
 
-/// Coordinates changed, row by row.
-fn with_coordinates(session: &Session, change: impl Fn(Vector3<f64>) -> Vector3<f64>) -> Session {
+/// Coordinates changed, row by row: of the test of that name, or of all.
+pub(super) fn with_coordinates(
+    session: &Session,
+    of: Option<&str>,
+    change: impl Fn(Vector3<f64>) -> Vector3<f64>,
+) -> Session {
     let mut changed = session.clone();
-    for first in (0..session.tests.len()).filter(|&test| session.tests[test].is_first_of_sighting()) {
+    let is_changed = |test: &Test| test.is_first_of_sighting() && of.is_none_or(|name| name == test.stated_name());
+    for first in (0..session.tests.len()).filter(|&test| is_changed(&session.tests[test])) {
         let rows = session.tests[first].rows();
         for row in 0..rows {
             let read = |k: usize| session.tests[first + k].recording.as_ref().map_or(f64::NAN, |r| r.length_mm[row]);

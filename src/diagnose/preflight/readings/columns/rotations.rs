@@ -9,14 +9,17 @@ use crate::chain::Chain;
 use crate::diagnose::fault_kind::FaultKind;
 use crate::diagnose::preflight::data_fault::RECORDER;
 use crate::readings::{Kind, euler_xyz, quaternion, rotation, rotation_of_euler_xyz, rotation_of_quaternion};
-use crate::session::{Session, Test, sighted_misfit};
+use crate::session::{Session, Test, sighted_misfits};
 
 /// A rotation as it would be, read in another form.
 type Reread = fn(&Matrix3<f64>) -> Matrix3<f64>;
 
 /// Angle between the rotations and the nominal chain, rad; `None` without rotations.
 pub(super) fn turns_rad(session: &Session, _scale_of: &dyn Fn(&Test) -> f64) -> Option<f64> {
-    sighted_misfit(session, &Chain::of(&session.machine))?.turn_rad
+    sighted_misfits(session, &Chain::of(&session.machine))
+        .into_iter()
+        .filter_map(|misfit| misfit.turn_rad)
+        .reduce(f64::max)
 }
 
 /// A way in which rotations are written by mistake.

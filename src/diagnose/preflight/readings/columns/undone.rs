@@ -10,8 +10,8 @@ pub(super) struct Undone {
     pub(super) components: Vec<String>,
     pub(super) says: String,
     pub(super) session: Session,
-    /// By how much it makes readings of a test larger, by its name; of all tests without one. What is left is compared at the size at
-    /// which they were read.
+    /// By how much it makes readings larger: of the tests so named in the session file, or of all. What is left is compared at the size
+    /// at which they were read.
     pub(super) scale: (f64, Option<Vec<String>>),
 }
 
@@ -19,9 +19,12 @@ impl Undone {
     /// By how much it makes readings of a test larger.
     pub(super) fn scale_of(&self, test: &Test) -> f64 {
         let (scale, of) = &self.scale;
-        if of.as_ref().is_none_or(|of| of.contains(&test.name)) { *scale } else { 1.0 }
+        if of.as_ref().is_none_or(|of| of.iter().any(|name| name == test.stated_name())) { *scale } else { 1.0 }
     }
 }
+
+/// What coordinates are called among the components of a mistake.
+pub(super) const COORDINATES: &str = "coordinates";
 
 /// Of mistakes that leave readings as large as they are.
 pub(super) const AS_READ: (f64, Option<Vec<String>>) = (1.0, None);
