@@ -319,3 +319,38 @@ fn simulate_writes_deviations_that_read_back() {
         }
     }
 }
+
+#[test]
+fn simulate_repeats_channels() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name);
+    fs::write(
+        path("machine.yaml"),
+        "name: t\ncode: \"[wCAbYXZt]\"\naxes: {A: {origin: [0, 0, 0]}, C: {origin: [0, 0, 0]}}\n",
+    )
+    .unwrap();
+    let session = "machine: machine.yaml\ntests:\n  - name: a\n    recording: a.csv\n    bar_length: 100\n    pivot: {link: C, at: [0, 0, 0]}\n    \
+                   spindle_ball: {link: Z, at: [100, 0, 0]}\n    positions: {X: 0, Y: 0, Z: 0, A: 0}\n";
+    fs::write(path("session.yaml"), session).unwrap();
+    // a thermometer that is read less often, and a name with a comma
+    let warm = |row: usize| if row.is_multiple_of(3) { format!("{}", 20.0 + 0.25 * row as f64) } else { String::new() };
+    let rows: String = (0..40).map(|row| format!("{row},{}.0,{},{row},100.0\n", 6 * row, warm(row))).collect();
+    fs::write(path("a.csv"), format!("time_s,C_deg,temperature_degC,\"load, spindle\",length_mm\n{rows}")).unwrap();
+    let out = path("out");
+    let simulated = Command::new(env!("CARGO_BIN_EXE_fiveaxis"))
+        .args(["simulate", path("session.yaml").to_str().unwrap(), "--out", out.to_str().unwrap()])
+        .output()
+        .unwrap();
+    assert!(simulated.status.success(), "{}", String::from_utf8_lossy(&simulated.stderr));
+    let session = load_session(&path("session.yaml")).unwrap();
+    let text = fs::read_to_string(out.join("a.csv")).unwrap();
+    let read = fiveaxis::load::recording_from_csv(&out.join("a.csv"), &text, &session.machine, Some(100.0)).unwrap();
+    let recorded = session.tests[0].recording.as_ref().unwrap();
+    assert_eq!(recorded.channels.len(), 2);
+    for ((name, values), (other, again)) in recorded.channels.iter().zip(&read.channels) {
+        assert!(
+            name == other
+                && values.iter().zip(again).all(|(one, other)| one == other || one.is_nan() && other.is_nan())
+        );
+    }
+}

@@ -755,7 +755,17 @@ fn an_r_test_tells_how_its_coordinates_are_held() {
 }
 
 #[test]
-fn one_file_of_several_in_another_unit_is_named() {
+fn one_file_of_several_that_is_held_otherwise_is_named() {
+    type Change<'c> = &'c dyn Fn([f64; 3]) -> [f64; 3];
+    let mistakes: [(Change, &str); 3] = [
+        (&|read| read.map(|value| -value), "in r1 all coordinates have the other sign"),
+        (&|[x, y, z]| [y, x, z], "in r1 the columns x and y of the readings are exchanged"),
+        (&|[x, y, z]| [-y, x, z], "in r1 the instrument is turned by -90° about its z"),
+    ];
+    for (change, due) in mistakes {
+        let said = said_of_an_r_test(3, |file, read| if file == 1 { change(read) } else { read });
+        assert!(said.contains(due), "due is '{due}', said was {}", &said[..said.len().min(3000)]);
+    }
     for (factor, due) in [
         (1e-3, "coordinates of r1 are in metres"),
         (1.0 / 25.4, "coordinates of r1 are in inches"),
@@ -764,4 +774,23 @@ fn one_file_of_several_in_another_unit_is_named() {
         let said = said_of_an_r_test(3, |file, read| if file == 1 { read.map(|value| factor * value) } else { read });
         assert!(said.contains(due), "due is '{due}', said was {}", &said[..said.len().min(3000)]);
     }
+}
+
+#[test]
+fn a_target_that_was_turned_in_its_nest_is_named() {
+    let (sine, cosine) = 0.0026_f64.sin_cos();
+    let said = said_of(|row, fields| {
+        if row > 0 {
+            // the instrument's noise, 10 µm
+            let noise = |k: usize| 0.01 * ((37 * row + 11 * k) % 7) as f64 / 7.0;
+            (7..10).for_each(|k| fields[k] = (fields[k].parse::<f64>().unwrap() + noise(k)).to_string());
+        }
+        if row > 90 {
+            // by 0.3° about its own x
+            let [w, x, y, z]: [f64; 4] = std::array::from_fn(|k| fields[10 + k].parse().unwrap());
+            let turned = [w * cosine - x * sine, x * cosine + w * sine, y * cosine + z * sine, z * cosine - y * sine];
+            turned.iter().zip(10..).for_each(|(value, k)| fields[k] = value.to_string());
+        }
+    });
+    assert!(said.contains("the target of test 'a' stands elsewhere from row 91 on"), "{said}");
 }

@@ -1,4 +1,4 @@
-//! Recordings as CSV that `load` reads. It keeps the rows, order and position columns of the recording it stands for.
+//! Recordings as CSV that `load` reads. It keeps the rows, order, position columns and channels of the recording it stands for.
 
 use std::fmt::Write as _;
 use std::sync::Arc;
@@ -7,10 +7,10 @@ use nalgebra::{Matrix3, Vector3};
 
 use crate::machine::Machine;
 use crate::readings::{Kind, LEVER_MM, Part, euler_xyz, quaternion, rotation};
-use crate::session::{LengthColumn, Motion, Test};
+use crate::session::{LengthColumn, Motion, Recording, Test};
 
 /// Readings of a test as CSV, in the unit and from the origin of `column`: with the clock and position columns of its own
-/// recording where it has them, else those of its path. A reading that is not finite is left empty.
+/// recording and its channels where it has them, else those of its path. A reading that is not finite is left empty.
 pub fn recording_csv(
     machine: &Machine,
     test: &Test,
@@ -20,22 +20,38 @@ pub fn recording_csv(
 ) -> String {
     let bar_mm = test.bar_length_mm;
     match &test.recording {
-        Some(recording) if !recording.leading_header.is_empty() => {
-            let mut text = format!("{},{}\n", recording.leading_header, column.name());
-            for (leading, length) in recording.leading_texts.iter().zip(length_mm) {
-                let _ = writeln!(text, "{leading},{}", field(*length, column, bar_mm));
-            }
-            text
-        }
-        Some(_) => {
-            let mut text = format!("{}\n", column.name());
-            for length in length_mm {
-                let _ = writeln!(text, "{}", field(*length, column, bar_mm));
+        Some(recording) => {
+            let has_leading = !recording.leading_header.is_empty();
+            let header = if has_leading { format!("{},", recording.leading_header) } else { String::new() };
+            let mut text = format!("{header}{}{}\n", channel_names(recording), column.name());
+            for (row, length) in length_mm.iter().enumerate() {
+                if has_leading {
+                    let Some(leading) = recording.leading_texts.get(row) else { break };
+                    let _ = write!(text, "{leading},");
+                }
+                let _ = writeln!(text, "{}{}", channels_at(recording, row), field(*length, column, bar_mm));
             }
             text
         }
         None => path_csv(machine, test, motion, length_mm, column),
     }
+}
+
+/// Headers of a recording's further columns, each with a comma behind it.
+fn channel_names(recording: &Recording) -> String {
+    let quoted = |name: &String| match name.contains([',', '"', ';', '\t']) {
+        true => format!("\"{}\",", name.replace('"', "\"\"")),
+        false => format!("{name},"),
+    };
+    recording.channels.iter().map(|(name, _)| quoted(name)).collect()
+}
+
+/// What they hold at a row: it was measured beside the readings, so a simulation repeats it.
+fn channels_at(recording: &Recording, row: usize) -> String {
+    let value = |values: &Vec<f64>| values.get(row).copied().filter(|value| value.is_finite());
+    let field =
+        |(_, values): &(String, Vec<f64>)| value(values).map_or_else(|| ",".into(), |value| format!("{value},"));
+    recording.channels.iter().map(field).collect()
 }
 
 /// Readings with a time and the positions of the moving axes.
@@ -80,7 +96,7 @@ fn field(length_mm: f64, column: LengthColumn, bar_mm: Option<f64>) -> String {
     }
 }
 
-/// Readings of several numbers as CSV: with the clock and position columns of their recording, then the columns that held the
+/// Readings of several numbers as CSV: with the clock and position columns of their recording and its channels, then the columns that held the
 /// readings. `numbers` are the values of each number of the kind, row by row, turns counted from the rotation that was read.
 pub fn parts_csv(machine: &Machine, test: &Test, part: &Part, motion: &Motion, numbers: &[&[f64]]) -> String {
     let columns: Vec<String> = match part.columns.is_empty() {
@@ -88,7 +104,8 @@ pub fn parts_csv(machine: &Machine, test: &Test, part: &Part, motion: &Motion, n
         true => part.kind.column_sets()[0].iter().map(|name| name.to_string()).collect(),
     };
     let (header, leading) = leading(machine, test, motion);
-    let mut text = format!("{},{}\n", header, columns.join(","));
+    let names = test.recording.as_ref().map(channel_names).unwrap_or_default();
+    let mut text = format!("{header},{names}{}\n", columns.join(","));
     text = text.trim_end_matches([',', '\n']).to_string() + "\n";
     let coordinates = part.kind.scalars().iter().filter(|scalar| !scalar.is_turn()).count();
     for (row, leading) in leading.iter().enumerate() {
@@ -101,7 +118,11 @@ pub fn parts_csv(machine: &Machine, test: &Test, part: &Part, motion: &Motion, n
             let read = part.measured.get(row).copied().unwrap_or_else(Matrix3::identity);
             fields.extend(rotation_fields(&(rotation(&turn) * read), columns.len() - coordinates));
         }
-        let _ = write!(text, "{leading}");
+        let channels = test.recording.as_ref().map(|recording| channels_at(recording, row)).unwrap_or_default();
+        let _ = match channels.strip_suffix(',') {
+            Some(channels) => write!(text, "{leading},{channels}"),
+            None => write!(text, "{leading}"),
+        };
         for field in fields {
             let _ = if field.is_finite() { write!(text, ",{field:.10}") } else { write!(text, ",") };
         }

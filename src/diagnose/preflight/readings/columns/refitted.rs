@@ -11,6 +11,7 @@ use super::undone::{AS_READ, COORDINATES, Undone};
 use crate::chain::Chain;
 use crate::diagnose::fault_kind::FaultKind;
 use crate::diagnose::preflight::data_fault::RECORDER;
+use crate::diagnose::preflight::mistakes::worst_tests;
 use crate::diagnose::preflight::quick_fit::{Refit, refit, refit_up_to};
 use crate::readings::quaternion;
 use crate::session::{Recording, Session, Test, is_looked_for, located_anew};
@@ -39,7 +40,8 @@ pub(super) fn refitted(session: &Session) -> Option<(f64, Vec<(f64, Undone)>)> {
         let Refit { misfit_um, .. } = refit_up_to(&undone, None, HOPELESS * scale * as_read.misfit_um)?;
         Some(misfit_um / scale)
     };
-    let judged = ways(&session).into_par_iter().filter_map(|one| Some((left_um(&one)?, one)));
+    let worst = worst_tests(&as_read.residual_mm);
+    let judged = ways(&session, &worst).into_par_iter().filter_map(|one| Some((left_um(&one)?, one)));
     Some((as_read.misfit_um, judged.collect()))
 }
 
@@ -59,7 +61,7 @@ pub(super) fn fits_reversed(session: &Session) -> bool {
         return false;
     }
     let session = few_readings(session);
-    let reversed = Axes::reversed().undone(&session, true).session;
+    let reversed = Axes::reversed().undone(&session, None, true).session;
     match [&session, &reversed].map(|session| refit(session, None)) {
         [Some(as_read), Some(reversed)] => {
             as_read.misfit_um > LEAST_MISFIT_UM && reversed.misfit_um < AS_WELL * as_read.misfit_um
@@ -90,14 +92,20 @@ fn sightings(session: &Session) -> impl Iterator<Item = &Test> {
     session.tests.iter().filter(|test| test.is_first_of_sighting())
 }
 
-/// Every way in which coordinates may be held otherwise: of all tests, and of each.
-fn ways(session: &Session) -> Vec<Undone> {
+/// Every way in which coordinates may be held otherwise: of all tests, and of each of those that fit worst.
+fn ways(session: &Session, worst: &[usize]) -> Vec<Undone> {
     let is_placed = sightings(session).all(|test| !is_looked_for(&test.pivot));
     // of mirrored axes, which are all alike where the instrument's are not known, one
-    let axes = Axes::all().filter(|axes| is_placed || axes.held == Held::Exchanged(0, 1));
-    let mut list: Vec<Undone> = axes.map(|axes| axes.undone(session, is_placed)).collect();
+    let axes = || Axes::all().filter(|axes| is_placed || axes.held == Held::Exchanged(0, 1));
+    let mut list: Vec<Undone> = axes().map(|axes| axes.undone(session, None, is_placed)).collect();
     list.extend(in_units(session, None));
-    list.extend(sightings_if_several(session).into_iter().flat_map(|name| in_units(session, Some(name))));
+    for name in sightings_if_several(session) {
+        if worst.iter().any(|&test| session.tests[test].stated_name() == name) {
+            let reversed = is_placed.then(Axes::reversed);
+            list.extend(axes().chain(reversed).map(|axes| axes.undone(session, Some(name), is_placed)));
+            list.extend(in_units(session, Some(name)));
+        }
+    }
     list
 }
 
@@ -162,8 +170,8 @@ impl Axes {
         Matrix3::from_columns(&[Vector3::x(), Vector3::y(), Vector3::z()].map(|axis| self.of(&axis)))
     }
 
-    /// With what the columns hold set right.
-    fn undone(&self, session: &Session, is_placed: bool) -> Undone {
+    /// With what the columns hold set right: of the test of that name, or of all.
+    fn undone(&self, session: &Session, of: Option<&str>, is_placed: bool) -> Undone {
         let (kind, place, says) = match self.held {
             _ if !is_placed => (FaultKind::SwappedColumns, RECORDER, EXCHANGED.to_string()),
             Held::Exchanged(one, other) => {
@@ -189,7 +197,11 @@ impl Axes {
             }
         };
         let components = if place == RECORDER { vec![COORDINATES.into()] } else { Vec::new() };
-        let undone = with_coordinates(session, None, |read| self.of(&read));
+        let undone = with_coordinates(session, of, |read| self.of(&read));
+        let says = match of {
+            Some(name) => format!("in {name} {says}"),
+            None => says,
+        };
         Undone { kind, place, components, says, session: undone, scale: AS_READ }
     }
 }
