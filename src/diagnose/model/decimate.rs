@@ -59,12 +59,37 @@ fn few_of(rows: usize) -> (usize, Vec<usize>) {
 pub fn keep_few_rows(recording: &mut Recording) {
     let Clock::TimeS(time) = &recording.clock else { return };
     let (_, rows) = few_of(time.len());
+    keep_rows(recording, &rows);
+}
+
+/// Keeps some rows of a recording as they were read.
+fn keep_rows(recording: &mut Recording, rows: &[usize]) {
     let pick = |column: &[f64]| -> Vec<f64> { rows.iter().map(|&row| column[row]).collect() };
-    recording.clock = Clock::TimeS(pick(time));
+    recording.clock = match &recording.clock {
+        Clock::TimeS(time) => Clock::TimeS(pick(time)),
+        Clock::Pose(number) => Clock::Pose(pick(number)),
+        Clock::Absent => Clock::Absent,
+    };
     recording.positions = recording.positions.iter().map(|column| pick(column)).collect();
     recording.channels = recording.channels.iter().map(|(name, column)| (name.clone(), pick(column))).collect();
     recording.length_mm = pick(&recording.length_mm);
     recording.leading_texts = Arc::default();
+}
+
+/// The session with every so many-th row of its points and poses, and no other recording.
+pub(crate) fn every_nth_sighting(session: &Session, step: usize) -> Session {
+    let mut few = session.clone();
+    for test in &mut few.tests {
+        let rows: Vec<usize> = (0..test.rows()).step_by(step).collect();
+        if !test.is_sighted() {
+            test.recording = None;
+        }
+        test.recording.iter_mut().for_each(|recording| keep_rows(recording, &rows));
+        if let Some(part) = test.reading.part_mut().filter(|part| !part.measured.is_empty()) {
+            part.measured = Arc::new(rows.iter().filter_map(|&row| part.measured.get(row).copied()).collect());
+        }
+    }
+    few
 }
 
 /// What each of the few rows lacks to the mean of the rows around it, by test, of values over all rows; nothing where poses are static.

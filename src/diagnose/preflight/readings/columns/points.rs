@@ -24,6 +24,7 @@ pub(super) fn mistakes_of_points(session: &Session) -> Vec<Undone> {
     let mut list = senses(session);
     list.extend(exchanged(session));
     list.extend(units_of_positions(session));
+    list.extend(columns_off(session));
     let exchanged = |of: Option<&str>, says: String| {
         let undone = with_coordinates(session, of, |point| Vector3::new(point.y, point.x, point.z));
         of_coordinates(FaultKind::SwappedColumns, says, undone)
@@ -167,6 +168,28 @@ fn units_of_positions(session: &Session) -> Vec<Undone> {
 /// Where a test states the link of one of its ends.
 type LinkOf = fn(&mut Test) -> &mut String;
 
+/// Angles from which the zero of a rotary axis is off in another program, deg.
+const OTHER_ZEROS_DEG: [f64; 3] = [90.0, -90.0, 180.0];
+
+/// Columns of rotary axes that count from another zero.
+pub(super) fn columns_off(session: &Session) -> Vec<Undone> {
+    let machine = &session.machine;
+    let of = |axis: usize, by_deg: f64| {
+        let name = &machine.axes[axis].name;
+        Undone {
+            kind: FaultKind::ColumnShifted,
+            place: RECORDER,
+            components: vec![name.clone()],
+            says: format!("{name} stands {by_deg:+.0}° from where its column says: add {by_deg:.0} to the column"),
+            session: with_positions(session, |own, value| {
+                (own, if own == axis { value + by_deg.to_radians() } else { value })
+            }),
+            scale: AS_READ,
+        }
+    };
+    machine.axes_of(AxisKind::Rotary).flat_map(|axis| OTHER_ZEROS_DEG.map(|by_deg| of(axis, by_deg))).collect()
+}
+
 /// Instruments and targets on another link than stated.
 fn other_links(session: &Session) -> Vec<Undone> {
     let chain = Chain::of(&session.machine);
@@ -207,7 +230,7 @@ fn other_links(session: &Session) -> Vec<Undone> {
 }
 
 /// Readings beside the positions of earlier or later rows.
-fn rows_off(session: &Session) -> Vec<Undone> {
+pub(super) fn rows_off(session: &Session) -> Vec<Undone> {
     let offs = (1..=MOST_ROWS_OFF).flat_map(|rows| [rows, -rows]);
     let of = |off: i64| {
         let mut undone = session.clone();

@@ -1,4 +1,4 @@
-//! Coordinates exchanged, mirrored, turned or in another unit that a fit tells. Which they are by the nominal chain is for `points`.
+//! Coordinates exchanged, mirrored, turned, in another unit or beside other rows that a fit tells. Which they are by the nominal chain is for `points`.
 //!
 //! A target that hardly moves in the instrument's frame, as in an R-test, lies near the nominal chain whichever way its coordinates are
 //! held. Its deviations tell then, by quick fits of few rows.
@@ -6,10 +6,11 @@
 use nalgebra::{Matrix3, Vector3};
 use rayon::prelude::*;
 
-use super::points::{EXCHANGED, in_units, sightings_if_several, with_coordinates};
+use super::points::{EXCHANGED, columns_off, in_units, rows_off, sightings_if_several, with_coordinates};
 use super::undone::{AS_READ, COORDINATES, Undone};
 use crate::chain::Chain;
 use crate::diagnose::fault_kind::FaultKind;
+use crate::diagnose::model::decimate::every_nth_sighting;
 use crate::diagnose::preflight::data_fault::RECORDER;
 use crate::diagnose::preflight::mistakes::worst_tests;
 use crate::diagnose::preflight::quick_fit::{Refit, refit, refit_up_to};
@@ -30,6 +31,7 @@ const HOPELESS: f64 = 3.0;
 
 /// What fits leave as read, and of every way in which coordinates may be held otherwise, at the size at which they were read, µm.
 pub(super) fn refitted(session: &Session) -> Option<(f64, Vec<(f64, Undone)>)> {
+    let all_rows = session;
     let session = few_readings(session);
     let as_read = refit(&session, None).filter(|refit| refit.misfit_um > LEAST_MISFIT_UM)?;
     let left_um = |one: &Undone| {
@@ -41,7 +43,10 @@ pub(super) fn refitted(session: &Session) -> Option<(f64, Vec<(f64, Undone)>)> {
         Some(misfit_um / scale)
     };
     let worst = worst_tests(&as_read.residual_mm);
-    let judged = ways(&session, &worst).into_par_iter().filter_map(|one| Some((left_um(&one)?, one)));
+    // rows are moved before most are left out
+    let moved = rows_off(all_rows).into_iter().map(|one| Undone { session: few_readings(&one.session), ..one });
+    let ways: Vec<Undone> = ways(&session, &worst).into_iter().chain(moved).collect();
+    let judged = ways.into_par_iter().filter_map(|one| Some((left_um(&one)?, one)));
     Some((as_read.misfit_um, judged.collect()))
 }
 
@@ -51,7 +56,7 @@ fn share_of(one: &Undone, session: &Session) -> f64 {
         let of = session.tests.iter().filter(|test| of(test)).filter_map(|test| test.recording.as_ref());
         of.map(Recording::readings).sum()
     };
-    readings(&|test| one.scale_of(test) != 1.0) as f64 / readings(&|_| true).max(1) as f64
+    readings(&|test| !test.reading.is_turn() && one.scale_of(test) != 1.0) as f64 / readings(&|_| true).max(1) as f64
 }
 
 /// Whether points fit as well with all coordinates turned: then every error has the other sign. Where the instrument is looked for they do
@@ -76,15 +81,7 @@ const AS_WELL: f64 = 1.05;
 /// The session with some of the readings of its points and poses, evenly spread, and nothing else.
 fn few_readings(session: &Session) -> Session {
     let rows: usize = sightings(session).map(Test::rows).sum();
-    let step = rows.div_ceil(ROWS).max(1);
-    let mut few = session.clone();
-    for test in &mut few.tests {
-        let is_sighted = test.is_sighted();
-        let lengths = test.recording.iter_mut().flat_map(|recording| recording.length_mm.iter_mut().enumerate());
-        let others = lengths.filter(|(row, _)| !is_sighted || row % step != 0);
-        others.for_each(|(_, value)| *value = f64::NAN);
-    }
-    few
+    every_nth_sighting(session, rows.div_ceil(ROWS).max(1))
 }
 
 /// The first number of every test of points and poses.
@@ -99,6 +96,7 @@ fn ways(session: &Session, worst: &[usize]) -> Vec<Undone> {
     let axes = || Axes::all().filter(|axes| is_placed || axes.held == Held::Exchanged(0, 1));
     let mut list: Vec<Undone> = axes().map(|axes| axes.undone(session, None, is_placed)).collect();
     list.extend(in_units(session, None));
+    list.extend(columns_off(session));
     for name in sightings_if_several(session) {
         if worst.iter().any(|&test| session.tests[test].stated_name() == name) {
             let reversed = is_placed.then(Axes::reversed);
