@@ -117,6 +117,22 @@ fn another_program_s_capture_is_refused() {
 }
 
 #[test]
+fn circles_held_alike_in_both_runs_are_refused() {
+    let planned = &*MARKED;
+    // a short sweep whose lengths change little may pass for one with longer ramps
+    let is_circle = |pair: &usize| {
+        let name = &planned.session.tests[planned.pairs[*pair].tests[0]].name;
+        ["xy", "yz", "zx"].iter().any(|plane| name.starts_with(plane))
+    };
+    for (pair, seed) in (0..planned.pairs.len()).filter(is_circle).flat_map(|pair| [(pair, 21), (pair, 22)]) {
+        let drawn = planned.drawn(&mut Erring::drawn(&planned.session.machine, seed), pair, seed, Kind::Held);
+        let why = refusal(planned, &planned.pairs, &drawn);
+        println!("{}: {why}", drawn.says);
+        assert!(matches!(why, ImportError::Uneven { .. } | ImportError::TooFlat { .. }), "{}: {why}", drawn.says);
+    }
+}
+
+#[test]
 fn what_a_machine_does_beside_location_errors_refuses_no_capture_with_marks() {
     let planned = &*MARKED;
     let machine = &planned.session.machine;

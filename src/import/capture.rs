@@ -28,6 +28,8 @@ pub(super) struct Averages {
     pub marks: Option<Seen>,
 }
 
+/// Readings that differ by less are one number: a hundredth of a gauge's step, mm.
+const SAME_MM: f64 = 1e-6;
 /// Least scatter about which readings are spikes, mm.
 const SCATTER_MM: f64 = 0.2e-3;
 /// Least white noise of an average, mm: gauges read in steps of 0.1 µm.
@@ -41,6 +43,22 @@ impl Capture {
     /// Finite readings with their times.
     pub(super) fn finite(&self) -> impl Iterator<Item = (f64, f64)> + '_ {
         self.time_s.iter().copied().zip(self.reading_mm.iter().copied()).filter(|(_, reading)| reading.is_finite())
+    }
+
+    /// What was read from one time to another, s.
+    pub(super) fn between(&self, from_s: f64, to_s: f64) -> Capture {
+        let within = self.time_s.iter().copied().zip(self.reading_mm.iter().copied());
+        let (time_s, reading_mm) = within.filter(|(time, _)| (from_s..=to_s).contains(time)).unzip();
+        Capture { time_s, reading_mm }
+    }
+
+    /// Share of readings that are the middle one to the last digit.
+    pub(super) fn share_alike(&self) -> f64 {
+        let middle = self.middle_mm();
+        let (alike, all) = self.finite().fold((0usize, 0usize), |(alike, all), (_, reading)| {
+            (alike + usize::from((reading - middle).abs() < SAME_MM), all + 1)
+        });
+        alike as f64 / all.max(1) as f64
     }
 
     /// Median of all readings, mm.

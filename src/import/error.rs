@@ -14,7 +14,7 @@ pub enum ImportError {
     #[error("test '{test}' has no planned path; import places captures of planned sweeps and circles")]
     NoPath { test: String },
     #[error(
-        "the session has no pair of neighbouring tests that run one path there and back; import needs the session that the plan wrote"
+        "the session has no pair of neighbouring tests that run one path there and back, with one bar, at one feed and with the same balls; import needs the session that the plan wrote"
     )]
     NoPair,
     #[error("{readings} readings are too few to place; a capture has at least {due}")]
@@ -31,6 +31,11 @@ pub enum ImportError {
         "the readings show no motion that a bar at rest would not show as well (log odds {odds:.1}): the bar stood still, or was off; record again"
     )]
     AtRest { odds: f64 },
+    #[error(
+        "the readings do not change: {percent:.0} % of them are {reading_um:.1} µm to the last digit, which no gauge in a running machine reads; look after \
+         the gauge, its connection and the file, and record again"
+    )]
+    Unchanging { percent: f64, reading_um: f64 },
     #[error(
         "the capture begins {seconds:.1} s after the machine moved off: it is cut off at its start; start the recording before the program goes on"
     )]
@@ -92,6 +97,12 @@ pub enum ImportError {
     )]
     Stopped { runs_s: [f64; 2], longer_s: f64 },
     #[error(
+        "the run of {test} was not even on its way: the readings speak for {} at {percent:.0} % of it, which puts positions off by {off:.1} {unit}; \
+         record the test again in one go, at one feed",
+        uneven(*.held_s, *.ratio)
+    )]
+    Uneven { test: String, percent: f64, held_s: f64, ratio: f64, off: f64, unit: &'static str },
+    #[error(
         "the marks run at {pace:.2} of their programmed feed, and runs are sought from {:.2} to {:.2} of it: {cure}",
         .range[0], .range[1]
     )]
@@ -113,6 +124,14 @@ impl ImportError {
     pub(super) fn is_of_readings(&self) -> bool {
         use ImportError::{Fit, Motion, NoPair, NoPath};
         !matches!(self, Motion(_) | Fit(_) | NoPath { .. } | NoPair)
+    }
+}
+
+/// What happened on the way of a run.
+fn uneven(held_s: f64, ratio: f64) -> String {
+    match held_s > 0.0 {
+        true => format!("a hold of {held_s:.2} s"),
+        false => format!("a feed that changed to {:.0} %", 100.0 * ratio),
     }
 }
 

@@ -7,9 +7,9 @@ use statrs::function::erf::erfc;
 
 use super::capture::Averages;
 use super::course::{Course, Stretch};
-use super::lag::{LAG, Lag};
 use super::seen_marks::Seen;
 use super::timing::Timing;
+use super::timing::lag::{LAG, Lag};
 use super::wander::{Filter, Wander};
 use crate::statistics::{add_products, log_determinant, rms};
 
@@ -99,10 +99,11 @@ fn prior(course: &Course, timing: &Timing) -> f64 {
     let [slowest, fastest] = course.feeds.range();
     let outside: f64 = timing.paces.map(|pace| (slowest / pace).max(pace / fastest).max(1.0) - 1.0).iter().sum();
     let [there, back] = timing.paces.map(f64::ln);
+    let [ends, begins] = timing.meeting_paces(course.run_s).map(f64::ln);
     WALL * outside
         + (0.5 * (there + back) / pace_sigma).powi(2)
         + 2.0 * f64::ln(pace_sigma)
-        + of_mixture(there - back, ONE_PACE_SIGMA, pace_sigma, TWO_PACES)
+        + of_mixture(ends - begins, ONE_PACE_SIGMA, pace_sigma, TWO_PACES)
         + of_ramp(timing.ramp_s)
 }
 
@@ -172,7 +173,7 @@ pub(super) fn of_marks(course: &Course, data: &Averages, timing: &Timing) -> f64
     });
     let least = kinds.into_iter().fold(f64::INFINITY, f64::min);
     let times = least - 2.0 * kinds.iter().map(|kind| (0.5 * (least - kind)).exp()).sum::<f64>().ln();
-    let off = 0.5 * timing.paces.map(|pace| (pace / seen.pace).ln()).iter().sum::<f64>();
+    let off = 0.5 * timing.meeting_paces(course.run_s).map(|pace| (pace / seen.pace).ln()).iter().sum::<f64>();
     let share = SLOWER[usize::from(course.moving().len() > 1)];
     let pace = of_own_pace(off, seen.pace_sigma, course.feeds.sigma(), share);
     let gap = course.marks.map_or(0.0, |marks| of_gap(seen.gap_s - marks.gap_s));

@@ -35,7 +35,6 @@
 mod capture;
 mod course;
 mod error;
-mod lag;
 mod likelihood;
 mod marks;
 mod other_reading;

@@ -13,13 +13,15 @@ use super::refusals::{
     refuse_by_marks, refuse_cut_off, refuse_other_runs,
 };
 use super::search::{
-    Levels, first_look, nearly_as_likely, searched_finely, searched_roughly, settled_apart, settled_with_lost_motion,
-    standing, starts,
+    Levels, bent, first_look, nearly_as_likely, searched_finely, searched_roughly, settled_apart,
+    settled_with_lost_motion, shares_of_uneven, standing, starts, uneven,
 };
 use super::seen_marks::Seen;
 use super::timing::Timing;
+use super::timing::bend::Bend;
 use super::uncertainty::{Known, apart, known};
 use super::variables::Candidate;
+use super::wander::Wander;
 use crate::session::{Marks, Session};
 use crate::statistics::{rms, standard_deviation};
 
@@ -65,6 +67,13 @@ const FEWEST: usize = 60;
 const STROKE_MM: f64 = 1.0;
 /// Share of readings that may be outside.
 const OUTSIDE_SHARE: f64 = 0.1;
+/// Share of readings that are one number to the last digit from which on the gauge read nothing: a machine that stands for as long as it
+/// runs leaves half.
+const MOST_ALIKE: f64 = 0.95;
+/// Rest that is kept before the first run and after the last, s, and as a share of a run: beyond it a bar at rest tells nothing, and
+/// averages over as much time are too long for a run.
+const REST_KEPT_S: f64 = 12.0;
+const REST_KEPT_SHARE: f64 = 0.25;
 /// Share of them from which on a capture that cannot be placed is said to have a bar that was off.
 const FEW_OUTSIDE: f64 = 0.01;
 /// Log odds from which on something is held for certain: 1 in 20,000.
@@ -74,6 +83,12 @@ const CERTAIN: f64 = 10.0;
 const CLEAR_OF_TESTS: f64 = 3.0;
 /// What a file's name says for the test that it names, in log odds: one name in twenty is wrong.
 const OF_NAME: f64 = 3.0;
+/// What an uneven run leaves, in noise and the usual wander of a gauge, where nothing else is at work.
+const LEFT_BY_A_BEND: f64 = 2.0;
+/// Costs above the best, twice log odds, beyond which an uneven run says nothing of an even one.
+const UNLIKELY: f64 = 20.0;
+/// Positions that an uneven run puts elsewhere by less than this are as well placed by an even one, deg or mm.
+const AS_WELL_PLACED: f64 = 0.05;
 /// Log odds against another place in time: 1 in 100.
 const CLEAR: f64 = 4.6;
 /// Least certainty of a position, deg or mm: 2° turn 3.5 % of an error into the one beside it. Beyond it the noise of a bar that
@@ -100,8 +115,23 @@ pub fn place_named(
             let Some(Cut { capture, cut_s }) = within_marks(session, among, capture, feeds) else { return Err(why) };
             placed_whole(session, among, &capture, feeds, named).map(|placed| Placement { cut_s, ..placed })
         }
-        placed => placed,
+        Ok(found) => match without_long_rests(capture, &found) {
+            Some(shorter) => placed_whole(session, among, &shorter, feeds, named),
+            None => Ok(found),
+        },
+        refused => refused,
     }
+}
+
+/// The capture without what rests long before and after the runs as they were found; `None` where that is little. With marks runs
+/// are known.
+fn without_long_rests(capture: &Capture, found: &Placement) -> Option<Capture> {
+    let Placement { timing, course, by_marks, .. } = found;
+    let kept_s = REST_KEPT_S.max(REST_KEPT_SHARE * course.run_s);
+    let (from, to) = (timing.start_s[0] - kept_s, timing.start_s[1] + timing.moving_s(1, course.run_s) + kept_s);
+    let (first, last) = capture.ends_s();
+    let is_long = !by_marks && (first < from || last > to);
+    is_long.then(|| capture.between(from, to))
 }
 
 /// Most by which the times between marks may be off where they were only found, not fitted, s: twice the step of that search, for each of
@@ -127,7 +157,8 @@ fn within_marks(session: &Session, among: &[Pair], capture: &Capture, feeds: Fee
                     let least_s = run_s / fastest + rests_s - SPACING_OFF_S;
                     let most_s = run_s / slowest + rests_s + LONGEST_RAMP_S + SPACING_OFF_S;
                     [there_s, back_s].iter().all(|time_s| (least_s..most_s).contains(time_s))
-                        && gap_s > own_gap_s - SPACING_OFF_S
+                        // two programs in one capture lie as far apart as anyone lets them
+                        && (gap_s - own_gap_s).abs() < SPACING_OFF_S
                 })
         })
     })
@@ -143,6 +174,10 @@ fn placed_whole(
     let readings = capture.reading_mm.iter().filter(|reading| reading.is_finite()).count();
     if readings < FEWEST {
         return Err(ImportError::TooFew { readings, due: FEWEST });
+    }
+    let alike = capture.share_alike();
+    if alike > MOST_ALIKE {
+        return Err(ImportError::Unchanging { percent: 100.0 * alike, reading_um: 1e3 * capture.middle_mm() });
     }
     let outside = capture.share_outside(STROKE_MM);
     if outside > OUTSIDE_SHARE {
@@ -326,6 +361,19 @@ fn gap_is_kept(course: &Course, seen: &Seen) -> bool {
     course.marks.is_some_and(|own| (own.gap_s - seen.gap_s).abs() < GAP_OFF_S)
 }
 
+/// Refuses a run that was held, or whose feed changed, on the way, where the readings say so beyond doubt and it puts positions elsewhere.
+fn refuse_uneven(test: &str, course: &Course, best: &Candidate, uneven: &[Candidate]) -> Result<(), ImportError> {
+    let Some(found) = uneven.first().filter(|found| 0.5 * (best.cost - found.cost) > CERTAIN) else { return Ok(()) };
+    let off = apart(course, &best.timing, &found.timing);
+    if off < AS_WELL_PLACED {
+        return Ok(());
+    }
+    let bends = found.timing.bends;
+    let direction = usize::from(bends[0] == Bend::NONE);
+    let Bend { at, held_s, ratio } = bends[direction];
+    Err(ImportError::Uneven { test: test.into(), percent: 100.0 * at, held_s, ratio, off, unit: course.unit })
+}
+
 /// Log odds against the next best place in time; refused where one explains the readings alike.
 fn odds_of_place(
     course: &Course,
@@ -408,7 +456,7 @@ fn judged(
     let is_known = levels.fine.marks.as_ref().is_some_and(|seen| gap_is_kept(&course, seen));
     let plain = settled_apart(&course, &levels.fine, candidates);
     let candidates = if is_known { with_lost_motion(&course, levels, plain) } else { plain };
-    let likely = nearly_as_likely(&course, levels, &candidates[0]);
+    let mut likely = nearly_as_likely(&course, levels, &candidates[0]);
     let best = likely[0];
     let data = levels.fine.with(best.wander);
     let residual = residual_mm(&course, &data, &best.timing, best.freedom);
@@ -431,7 +479,21 @@ fn judged(
     }
     let runs_apart_mm = left_of_runs_mm(&course, &data, &best.timing, &residual).filter(are_apart);
     refuse_at_bounds(test, &course, &best.timing)?;
+    let uneven = if data.marks.is_some() { uneven(&course, &data, &best) } else { Vec::new() };
+    // where forms of the machine are left, a bend takes what it can of them and is none
+    let most_left_mm = LEFT_BY_A_BEND * noise_mm.hypot(Wander::default().size_mm);
+    let mut bent = bent(&course, &levels.fine, &uneven);
+    bent.retain(|one| {
+        let left = residual_mm(&course, &levels.fine.with(one.wander), &one.timing, one.freedom);
+        rms(left.into_iter()) < most_left_mm
+    });
+    refuse_uneven(test, &course, &best, &bent)?;
+    likely.extend(bent.into_iter().filter(|one| one.cost < best.cost + UNLIKELY));
     let Known { sigma, position_sigma } = known(&course, &data, &likely);
+    let shares = if left_mm < most_left_mm { shares_of_uneven(&best, &uneven) } else { Vec::new() };
+    let of_uneven =
+        shares.iter().zip(&uneven).map(|(share, one)| share * apart(&course, &best.timing, &one.timing).powi(2));
+    let position_sigma = position_sigma.hypot(of_uneven.sum::<f64>().sqrt());
     let unit = course.unit;
     refuse_cut_off(&course, &best.timing, capture, &sigma)?;
     if position_sigma > LIMIT {

@@ -94,7 +94,10 @@ impl SessionTimes {
             Scale::OfDay => (earliest_s - began.seconds + OVERLAP_S).rem_euclid(DAY_S) - OVERLAP_S,
             Scale::Days => earliest_s - began.seconds,
         });
-        if before_s < -OVERLAP_S {
+        // a session of more than half a day has begun after midnight, or its begin is a little late
+        let is_before =
+            before_s < -OVERLAP_S || began.is_some_and(|began| began.scale == Scale::OfDay) && before_s > 0.5 * DAY_S;
+        if is_before {
             return SessionTimes::Planned(WhyPlanned::BeforeBegin(order[0]));
         }
         let began_s = earliest_s - before_s.max(0.0);

@@ -2,9 +2,9 @@
 
 use super::capture::Averages;
 use super::course::Course;
-use super::lag::{LAG, Lag};
 use super::likelihood::{Freedom, cost};
 use super::timing::Timing;
+use super::timing::lag::{LAG, Lag};
 use super::wander::Wander;
 
 /// A timing with its cost.

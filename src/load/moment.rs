@@ -12,7 +12,7 @@ pub struct Moment {
 }
 
 /// Seconds of a day.
-const DAY_S: f64 = 86400.0;
+pub(super) const DAY_S: f64 = 86400.0;
 
 impl Moment {
     /// The moment that a text states: `2026-11-26T10:15:32`, `26.11.2026 10:15`, `11/26/2026 10:15:32 PM`, `26 Nov 2026 10:15`, `10:15:32`.

@@ -31,7 +31,12 @@ pub enum Kind {
     CutAtEnd,
     BarOff,
     Standing,
+    /// Held for [`HELD_S`] in the middle of either run.
+    Held,
 }
+
+/// How long a run is held, s.
+const HELD_S: f64 = 0.4;
 
 /// A plan with circles and the generic programs of its tests.
 pub struct Planned {
@@ -91,9 +96,16 @@ impl Planned {
         let window = match kind {
             Kind::CutAtStart => (run[0][0] + random.random_range(0.1..0.6) * (run[0][1] - run[0][0]), motion.lasts_s()),
             Kind::CutAtEnd => (0.0, run[1][0] + random.random_range(0.3..0.9) * (run[1][1] - run[1][0])),
+            Kind::Held => (0.0, motion.lasts_s() + 2.0 * HELD_S),
             _ => (0.0, motion.lasts_s()),
         };
-        let at = |time: f64| motion.at(if kind == Kind::Standing { 0.0 } else { time });
+        let middles = run.map(|[from, to]| 0.5 * (from + to));
+        let at = |time: f64| match kind {
+            Kind::Standing => motion.at(0.0),
+            // it stands in the middle of either run, and goes on
+            Kind::Held => motion.at(middles.iter().fold(time, |time, middle| time.min(middle.max(time - HELD_S)))),
+            _ => motion.at(time),
+        };
         let (mut capture, positions) = self.read(erring, pair, (window, rate, delay), &at, &mut random);
         if kind == Kind::BarOff {
             let readings = &mut capture.reading_mm;

@@ -25,7 +25,7 @@ pub struct Pair {
     pub tests: [usize; 2],
 }
 
-/// Pairs of neighbouring tests whose paths are each other's reverse, with the same balls, bar and standing axes.
+/// Pairs of neighbouring tests whose paths are each other's reverse, with the same balls, bar, feed and standing axes.
 pub fn pairs(session: &Session) -> Vec<Pair> {
     let is_back = |one: &Test, other: &Test| match (&one.path, &other.path) {
         (Some(there), Some(back)) => {
@@ -33,6 +33,8 @@ pub fn pairs(session: &Session) -> Vec<Pair> {
             there.between(to, from) == *back
                 && (&one.pivot, &one.spindle_ball, &one.positions)
                     == (&other.pivot, &other.spindle_ball, &other.positions)
+                && (one.bar_length_mm, &one.bar_setup, one.feed_mm_per_min)
+                    == (other.bar_length_mm, &other.bar_setup, other.feed_mm_per_min)
         }
         _ => false,
     };

@@ -13,8 +13,8 @@ use self::moves::{SecondHalf, ends_of, ends_of_some};
 pub(super) use self::outside::{Cut, cut};
 use self::stopped::{Direction, longer};
 use super::capture::Capture;
-use super::lag::Lag;
 use super::seen_marks::Seen;
+use super::timing::lag::Lag;
 use crate::session::Marks;
 use crate::statistics::median;
 

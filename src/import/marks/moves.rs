@@ -14,8 +14,8 @@ use std::f64::consts::PI;
 
 use nalgebra::{DMatrix, DVector};
 
-use crate::import::lag::{LAG, Lag};
 use crate::import::likelihood::RampKind;
+use crate::import::timing::lag::{LAG, Lag};
 use crate::statistics::{mean, minimise_few};
 
 /// The second half of a move and the rest behind it.

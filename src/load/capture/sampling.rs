@@ -46,6 +46,11 @@ const OF_STEPS: [(&str, f64); 14] = [
     ("minutes", 60.0),
 ];
 
+/// Whether the label of a line, before its first number, says sampling.
+pub(super) fn says_sampling(line: &str) -> bool {
+    line.split(|c: char| c.is_ascii_digit()).next().is_some_and(|label| Sampling::of(label).is_some())
+}
+
 /// Readings a second that a line of a preamble states: `Sample rate: 0.25 kHz`, `Sample interval: 4 ms`.
 pub(super) fn stated_rate(line: &str) -> Option<f64> {
     let lower = line.to_lowercase();

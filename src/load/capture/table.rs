@@ -5,10 +5,11 @@ use std::path::Path;
 use super::names::{Meaning, meaning, plain_name};
 use super::numbers::{fields, number, reading, row_of, time};
 use super::raw::{MOST_NAMES, Raw};
-use super::sampling::stated_rate;
+use super::sampling::{says_sampling, stated_rate};
 use crate::load::checked_text::cut_number::refuse_cut_number;
 use crate::load::checked_text::message::LoadError;
 use crate::load::checked_text::printable::{LONGEST_SHOWN, shortened};
+use crate::load::moment::DAY_S;
 
 /// What may part the fields of a line, in the order in which it is tried.
 const SEPARATORS: [char; 4] = [';', '\t', ',', ' '];
@@ -117,12 +118,15 @@ pub(super) fn from_table(file: &Path, text: &str) -> Result<Raw, LoadError> {
         }
     }
     if time_at.is_none() {
-        raw.rate_hz = lines().take_while(|(index, _)| *index < header).find_map(|(_, line)| stated_rate(line));
+        // a label that says sampling comes before any other rate, such as that of a filter
+        let before = || lines().take_while(|(index, _)| *index < header).map(|(_, line)| line);
+        let labelled = before().filter(|line| says_sampling(line)).find_map(stated_rate);
+        raw.rate_hz = labelled.or_else(|| before().find_map(stated_rate));
     }
     for (_, line) in lines().take_while(|(index, _)| *index < header) {
         raw.not_read.extend(raw.began.take_line(line).map(|line| format!("'{}'", shortened(line, LONGEST_SHOWN))));
     }
-    let mut times = Vec::new();
+    let (mut times, mut days): (Vec<f64>, f64) = (Vec::new(), 0.0);
     let first = header + usize::from(units.is_some());
     // comments may stand between rows
     for (index, line) in lines().skip_while(|(index, _)| *index <= first).filter(|(_, line)| !line.starts_with('#')) {
@@ -145,7 +149,13 @@ pub(super) fn from_table(file: &Path, text: &str) -> Result<Raw, LoadError> {
                 // the day may have a column of its own
                 raw.stamp = day_at.map_or(String::new(), |day| format!("{} ", row[day])) + row[k];
             }
-            times.push(or_refuse(time(row[k], unit_s), k, "neither a number nor a time of day")?);
+            let time = or_refuse(time(row[k], unit_s), k, "neither a number nor a time of day")?;
+            // a clock that starts again at midnight
+            let day = DAY_S / unit_s;
+            let is_next_day =
+                row[k].contains(':') && times.last().is_some_and(|last| time + days * day < last - 0.5 * day);
+            days += f64::from(u8::from(is_next_day));
+            times.push(time + days * day);
         }
         if let Some(k) = reading_at {
             raw.readings.push(or_refuse(reading(row[k]), k, "not a number")?);

@@ -3,7 +3,7 @@
 
 /// A time constant, s.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Lag(pub f64);
+pub(crate) struct Lag(pub f64);
 
 impl Lag {
     /// Lags shorter than this are none, s: a tenth of a servo's cycle.
@@ -29,14 +29,14 @@ impl Lag {
 }
 
 /// What is thought of lags before any reading.
-pub(super) struct LagPrior {
+pub(crate) struct LagPrior {
     /// Standard deviation of half a normal density, s.
     pub sigma_s: f64,
 }
 
 /// Servos with position gains of 16 to 70 1/s, as machines have them without feed-forward, lag by 15 to 60 ms; with it, by few.
 /// Half a normal density has a third below 13 ms and a twentieth beyond 60.
-pub(super) const LAG: LagPrior = LagPrior { sigma_s: 0.03 };
+pub(crate) const LAG: LagPrior = LagPrior { sigma_s: 0.03 };
 /// Longest lag that is sought, s: loops with a gain below 8 1/s cut no corner.
 const LONGEST_S: f64 = 0.12;
 

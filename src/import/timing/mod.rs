@@ -1,6 +1,10 @@
 //! Where along its run the machine is at a time: rest, ramp, even pace, ramp, rest, and back. Times only, no positions.
 
-use super::lag::Lag;
+pub(super) mod bend;
+pub(super) mod lag;
+
+use bend::Bend;
+use lag::Lag;
 
 /// Time constants after which nothing is left of a change of speed.
 const TIME_CONSTANTS_TO_REST: f64 = 15.0;
@@ -21,12 +25,24 @@ pub struct Timing {
     pub ramp_s: f64,
     /// Time constant of the servos' lag, s.
     pub lag_s: f64,
+    /// How each direction is uneven on the way.
+    pub bends: [Bend; 2],
 }
 
 impl Timing {
     /// Mean speed over the programmed feed.
     pub fn pace(&self) -> f64 {
         0.5 * (self.paces[0] + self.paces[1])
+    }
+
+    /// Paces at the end of the first direction's run and at the begin of the second's: of one feed and one override.
+    pub(super) fn meeting_paces(&self, run_s: f64) -> [f64; 2] {
+        let [first, second] = [0, 1].map(|k| {
+            let whole_s = run_s / self.paces[k];
+            let before = run_s * self.bends[k].before(whole_s);
+            [before, before * self.bends[k].ratio]
+        });
+        [first[1], second[0]]
     }
 
     /// How long a direction moves, s, for a run of `run_s` at the programmed feed.
@@ -47,6 +63,15 @@ impl Timing {
     /// Programmed time gone `since_s` after a direction began to move, s: the speed rises evenly over the ramp, is even, and
     /// falls evenly; the axes lag.
     pub fn gone_s(&self, direction: usize, since_s: f64, run_s: f64) -> f64 {
+        let even_s = self.evenly_gone_s(direction, since_s, run_s);
+        if self.bends[direction] == Bend::NONE {
+            return even_s;
+        }
+        run_s * self.bends[direction].gone(even_s / run_s, run_s / self.paces[direction])
+    }
+
+    /// The same of an even run.
+    fn evenly_gone_s(&self, direction: usize, since_s: f64, run_s: f64) -> f64 {
         if self.lag_s < Lag::NONE_S {
             return self.commanded_s(direction, since_s, run_s);
         }
@@ -108,6 +133,7 @@ impl Timing {
         let whole = self.moving_s(direction, run_s);
         let pace = self.paces[direction];
         let ramp_way = 0.5 * pace * self.ramp_s;
+        let gone_s = run_s * self.bends[direction].even(gone_s / run_s, run_s / pace);
         let since = if gone_s < ramp_way {
             (2.0 * gone_s.max(0.0) * self.ramp_s / pace).sqrt()
         } else if gone_s > run_s - ramp_way {
