@@ -48,6 +48,7 @@ mod meshes;
 mod mistakes;
 mod nc_programs;
 mod noise_fits;
+mod not_recorded;
 mod not_returning;
 mod one_run;
 mod output_sets;

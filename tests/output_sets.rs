@@ -20,7 +20,7 @@ fn session(tests: &[Named]) -> String {
     let test = |(name, recording): &Named| {
         let recording = recording.map(|file| format!("    recording: \"{file}\"\n")).unwrap_or_default();
         format!(
-            "  - name: \"{name}\"\n{recording}    bar_length: 100\n    pivot: {{link: C, at: [0, 60, 0]}}\n    spindle_ball: {{link: Z, at: [0, 0, 0]}}\n    positions: {{X: 0, Y: 160, Z: 0, A: 0}}\n    sweep: {{axis: C, from: 0, to: 10, step: 1}}\n"
+            "  - name: \"{name}\"\n{recording}    bar_length: 100\n    pivot: {{link: C, at: [0, 60, 0]}}\n    spindle_ball: {{link: Z, at: [0, 0, 0]}}\n    positions: {{X: 0, Y: 160, Z: 0, A: 0}}\n    sweep: {{axis: C, from: 0, to: 10, step: 0.5}}\n"
         )
     };
     // a sweep of ten degrees stays within the stroke

@@ -51,7 +51,7 @@ use self::findings::standing::Standing;
 use self::model::prior_penalty::{WIDER_SETUPS, fitted_anyway};
 use self::noise::noise_floor::mean_noise_mm2;
 use self::preflight::contradictions::further_contradiction;
-use self::preflight::doubts::{displaced, strained};
+use self::preflight::doubts::{displaced, strained, too_few};
 use self::preflight::examine::examined;
 use self::preflight::mistake_or_effect::{Doubt, Held, held_against_physics};
 use self::preflight::quick_fit::strain;
@@ -103,9 +103,9 @@ pub fn diagnose_with(session: &Session, options: &Options, thresholds: Threshold
         Verdict::Clean => examination
             .fit
             .as_ref()
-            .and_then(|fit| strained(fit).or_else(|| displaced(fit)))
+            .and_then(|fit| strained(fit).or_else(|| displaced(fit)).or_else(|| too_few(fit)))
             .or_else(|| unchanging(session)),
-        _ => unchanging(session),
+        _ => examination.fit.as_ref().and_then(too_few).or_else(|| unchanging(session)),
     };
     Ok(match doubt {
         None => diagnosis,

@@ -85,6 +85,11 @@ fn one_moment(_: &Machine, effect: &Effect) -> Result<(), String> {
 
 fn profiles(context: &Context, effect: &Effect) -> Result<Vec<Profile>, EffectError> {
     if let Some(first) = effect.number("pose") {
+        let timed = context.session().tests.iter().zip(0..).find(|(_, test)| context.motion(*test).time_s.is_some());
+        if let Some((test, _)) = timed {
+            let (effect, test) = (effect.kind.clone(), test.name.clone());
+            return Err(EffectError::PoseOfTimes { effect, test });
+        }
         return Ok(vec![context.profile(|test, row| f64::from(u8::from(context.pose_number(test, row) >= first)))]);
     }
     let number = |name| AXIS_SHIFT.number(context, effect, name);

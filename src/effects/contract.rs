@@ -134,6 +134,10 @@ pub enum EffectError {
         "{effect}: column '{channel}' of test '{test}' has no reading in row {row}; the load must be known at every row, fill it in or leave the row out"
     )]
     NoLoad { effect: String, test: String, channel: String, row: usize },
+    #[error(
+        "{effect}: test '{test}' has times, so 'pose' does not say when; state 'time' in s since the session began"
+    )]
+    PoseOfTimes { effect: String, test: String },
     #[error("{effect}: no link is called '{link}'; links are {known}")]
     NoLink { effect: String, link: String, known: String },
     #[error("{effect}: no axis drives it; say 'of: ' with one of {known}")]

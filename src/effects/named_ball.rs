@@ -6,7 +6,7 @@ use super::contract::{DefaultValue, Parameter, ParameterUnit, list, word};
 use crate::machine::{Effect, ParameterValue};
 use crate::session::Ball;
 
-/// Places closer than this are one place, mm, as in the session file.
+/// Places closer than this are one place, mm: an effect's file has them to some digits. Setups of a session are told apart by less.
 pub(super) const SAME_PLACE_MM: f64 = 1e-3;
 
 /// The parameter that names the link, and the one that names the place.

@@ -119,12 +119,10 @@ fn slip<'a>(
     let number = |name| kind.number(context, effect, name);
     let (time, creep_share, creep_time) = (number("time"), number("creep_share"), number("creep_time"));
     let named = NamedBall::of(effect);
-    // unless named, the ball is the one mounted when it happened
-    let mounted = context.order().iter().copied().find(|&test| context.ends_at_s(test) >= time).map(&ball);
-    let concerned = |ball: &Ball| match (&named, mounted) {
-        (NamedBall { at: None, link: None }, Some(mounted)) => is_one(ball, mounted),
-        _ => named.is(ball),
-    };
+    // the ball of that name that was mounted when it happened; what is mounted anew later has not slipped
+    let from_then = context.order().iter().copied().filter(|&test| context.ends_at_s(test) >= time);
+    let mounted = from_then.map(&ball).find(|ball| named.is(ball));
+    let concerned = |ball: &Ball| mounted.is_some_and(|mounted| is_one(ball, mounted));
     let acts = |test: usize| context.ends_at_s(test) >= time && concerned(ball(test));
     Ok(vec![context.profile_in(acts, |test, row| {
         let since = context.session_time_s(test, row) - time;

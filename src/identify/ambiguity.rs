@@ -129,8 +129,8 @@ struct Separators<'a> {
     candidates: &'a [Candidate],
     /// Covariance now, in units of the priors.
     covariance: DMatrix<f64>,
-    /// Covariance after each candidate.
-    after: Vec<DMatrix<f64>>,
+    /// Columns of each candidate's readings in units of their noise.
+    columns: Vec<DMatrix<f64>>,
 }
 
 impl<'a> Separators<'a> {
@@ -143,23 +143,32 @@ impl<'a> Separators<'a> {
         let count = problem.asked;
         let with_prior = solution.information_of(count) + DMatrix::identity(count, count);
         let covariance = inverse(&with_prior);
-        let after = candidates
+        let columns = candidates
             .iter()
             .map(|candidate| {
                 let rows = candidate_columns(problem, solution, candidate);
                 let reading_mm = noise[candidate.like].rms_mm() * (rows.nrows() as f64 / EFFECTIVE_READINGS).sqrt();
-                inverse(&(&with_prior + rows.tr_mul(&rows) / (reading_mm * reading_mm)))
+                rows / reading_mm
             })
             .collect();
-        Separators { candidates, covariance, after }
+        Separators { candidates, covariance, columns }
     }
 
     /// The candidate that best fixes an unknown, with the factor by which its sigma shrinks.
     fn best_for(&self, unknown: usize) -> Option<(&Candidate, f64)> {
         let now = self.covariance[(unknown, unknown)];
-        let best = (0..self.candidates.len())
-            .min_by(|&a, &b| self.after[a][(unknown, unknown)].total_cmp(&self.after[b][(unknown, unknown)]))?;
-        Some((&self.candidates[best], (self.after[best][(unknown, unknown)] / now).sqrt()))
+        let after = self.columns.iter().map(|columns| self.after(columns, unknown));
+        let (best, after) = after.enumerate().min_by(|(_, one), (_, other)| one.total_cmp(other))?;
+        Some((&self.candidates[best], (after / now).sqrt()))
+    }
+
+    /// Variance of an unknown with the readings of a candidate: `C_kk − c'(1 + RCR')⁻¹c` with `c = RC e_k`, R its columns.
+    fn after(&self, columns: &DMatrix<f64>, unknown: usize) -> f64 {
+        let seen = columns * &self.covariance;
+        let innovation = &seen * columns.transpose() + DMatrix::identity(columns.nrows(), columns.nrows());
+        let of_unknown = seen.column(unknown).into_owned();
+        let told = Cholesky::new(innovation).map_or(0.0, |factor| of_unknown.dot(&factor.solve(&of_unknown)));
+        (self.covariance[(unknown, unknown)] - told).max(0.0)
     }
 }
 

@@ -44,7 +44,15 @@ fn within(residual: &[f64], limit: f64) -> Vec<bool> {
 /// Keeps the rows of a sweep, but for isolated ones that lie far off on the same side of both the rows before and after.
 ///
 /// `digit_mm` is the last digit of the recording, mm. A step or a spike that decays over several rows lies near the rows on one of its sides and so is kept.
+///
+/// Rows without a reading are passed over: positions may be written more often than readings.
 fn near_trend(residual: &[f64], digit_mm: f64) -> Vec<bool> {
+    let finite: Vec<f64> = residual.iter().copied().filter(|value| value.is_finite()).collect();
+    let mut near = near_trend_of_readings(&finite, digit_mm).into_iter();
+    residual.iter().map(|value| value.is_finite() && near.next().unwrap_or(false)).collect()
+}
+
+fn near_trend_of_readings(residual: &[f64], digit_mm: f64) -> Vec<bool> {
     let off: Vec<f64> = (0..residual.len())
         .map(|row| {
             let before: Vec<f64> = residual[..row].iter().rev().take(NEIGHBOURS).copied().collect();
@@ -61,7 +69,7 @@ fn near_trend(residual: &[f64], digit_mm: f64) -> Vec<bool> {
     let steps = residual.windows(2).map(|pair| pair[1] - pair[0]);
     // the difference of two readings has √2 times the white noise of one
     let sigma = (robust_sigma(steps) / std::f64::consts::SQRT_2).max(0.5 * digit_mm);
-    residual.iter().zip(&off).map(|(value, off)| value.is_finite() && *off <= SWEEP_LIMIT * sigma).collect()
+    off.iter().map(|off| *off <= SWEEP_LIMIT * sigma).collect()
 }
 
 /// Distance of a reading from the rows on one side: from their median, or from the line through the nearest two where that
@@ -94,6 +102,14 @@ mod tests {
         let kept = near_trend(&residual, LAST_DIGIT_MM);
         let left_out: Vec<usize> = (0..200).filter(|&row| !kept[row]).collect();
         assert_eq!(left_out, [50, 100]);
+    }
+
+    #[test]
+    fn rows_without_a_reading_are_passed_over() {
+        // noise of some 0.5 µm
+        let noise = |k: usize| 1e-4 * ((k * 7919) % 11) as f64;
+        let every_second: Vec<f64> = (0..200).map(|k| if k % 2 == 0 { noise(k) } else { f64::NAN }).collect();
+        assert_eq!(near_trend(&every_second, LAST_DIGIT_MM).iter().filter(|kept| **kept).count(), 100);
     }
 
     #[test]

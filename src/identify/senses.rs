@@ -145,9 +145,14 @@ struct Fitted {
 pub fn turned_senses(session: &Session, fit: &Fit) -> Result<Vec<TurnedSense>, FitError> {
     let chain = Chain::of(&session.machine);
     let setups = Setups::of(session);
-    let stated = Problem::new(session, &chain, &setups, fit.unknowns.clone())?;
+    let budget = &session.machine.linear_axes;
+    let stated = Problem::new(session, &chain, &setups, fit.unknowns.clone())?.with_linear_axes(budget);
     let kept = fit.kept_rows();
-    let Some(as_stated) = refit(&stated, &fit.values(), (&fit.noise, &kept), f64::INFINITY) else {
+    let prior_means =
+        |problem: &Problem| problem.unknowns.iter().map(|unknown| unknown.prior_mean).collect::<Vec<f64>>();
+    let mut start = prior_means(&stated);
+    start[..fit.unknowns.len()].copy_from_slice(&fit.values());
+    let Some(as_stated) = refit(&stated, &start, (&fit.noise, &kept), f64::INFINITY) else {
         return Ok(Vec::new());
     };
     let is_used = |axis: usize| {
@@ -167,9 +172,9 @@ pub fn turned_senses(session: &Session, fit: &Fit) -> Result<Vec<TurnedSense>, F
             other = located_anew(other.clone(), &other_chain).unwrap_or(other);
         }
         let other_setups = Setups::of(&other);
-        let problem = Problem::new(&other, &other_chain, &other_setups, fit.unknowns.clone())?;
-        let start: Vec<f64> = fit.unknowns.iter().map(|unknown| unknown.prior_mean).collect();
-        let turned = refit(&problem, &start, (&fit.noise, &kept), as_stated.cost + MOST_CHI2_WORTH_A_STEP);
+        let problem = Problem::new(&other, &other_chain, &other_setups, fit.unknowns.clone())?.with_linear_axes(budget);
+        let turned =
+            refit(&problem, &prior_means(&problem), (&fit.noise, &kept), as_stated.cost + MOST_CHI2_WORTH_A_STEP);
         let by_readings = turned.as_ref().map_or(MOST_CHI2_WORTH_A_STEP, |turned| turned.cost - as_stated.cost);
         let by_marks = worse_by_marks([&stated, &problem]);
         let worse_by = (by_readings + by_marks).min(MOST_CHI2_WORTH_A_STEP);
@@ -236,7 +241,7 @@ fn moved(fit: &Fit, turned: &[f64]) -> Vec<MovedError> {
         let is_error = matches!(fit.unknowns[*k].quantity, Quantity::Location { .. });
         is_error && fit.estimates[*k].determined && far(*k) > LEAST_CHANGE_SIGMAS
     };
-    let mut list: Vec<usize> = (0..turned.len()).filter(is_told).collect();
+    let mut list: Vec<usize> = (0..fit.unknowns.len()).filter(is_told).collect();
     list.sort_by(|&a, &b| far(b).total_cmp(&far(a)));
     list.into_iter().map(|k| MovedError { unknown: k, stated: fit.estimates[k].value, turned: turned[k] }).collect()
 }

@@ -127,6 +127,20 @@ impl Session {
         are_at_once && timed().all(|(test, _)| test.started_at_s == 0.0)
     }
 
+    /// The session without tests that have no recording, and the names of these; as it is where none has one.
+    pub fn recorded(mut self) -> (Session, Vec<String>) {
+        // known distances of sockets stand in no recording
+        let is_planned = |test: &Test| test.recording.is_none() && !test.reading.is_gap();
+        if self.tests.iter().all(|test| test.recording.is_none()) {
+            return (self, Vec::new());
+        }
+        let planned = self.tests.iter().filter(|test| is_planned(test)).map(|test| test.stated_name().to_string());
+        let mut planned: Vec<String> = planned.collect();
+        planned.dedup();
+        self.tests.retain(|test| !is_planned(test));
+        (self, planned)
+    }
+
     /// The session with its tests one after the other, in their order and without pauses.
     pub fn one_after_the_other(mut self) -> Session {
         let mut ended_s = 0.0;

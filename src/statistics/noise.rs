@@ -181,25 +181,30 @@ fn absorbed_misfit(noise: &NoiseModel, absorbed: &[Absorbed]) -> f64 {
         .sum()
 }
 
+/// Steps from reading to reading that tell noise with a memory from white noise.
+const LEAST_STEPS: usize = 20;
+
 /// Most likely noise of residual traces (mm, NaN where there is none) from which a fit has absorbed some.
 pub fn fit_noise(traces: &[Vec<f64>], absorbed: &[Absorbed], start: Option<NoiseModel>) -> NoiseModel {
     let (mut sum, mut count) = (0.0, 0usize);
     let (mut step_sum, mut step_count) = (0.0, 0usize);
     for trace in traces {
-        for pair in trace.windows(2) {
-            if pair[0].is_finite() && pair[1].is_finite() {
-                step_sum += (pair[1] - pair[0]).powi(2);
+        // rows without a reading are passed over
+        let mut last: Option<f64> = None;
+        for value in trace.iter().copied().filter(|value| value.is_finite()) {
+            if let Some(last) = last {
+                step_sum += (value - last).powi(2);
                 step_count += 1;
             }
-        }
-        for value in trace.iter().filter(|value| value.is_finite()) {
             sum += value * value;
             count += 1;
+            last = Some(value);
         }
     }
     let rms = (sum / count.max(1) as f64).sqrt().max(NOISE_FLOOR_MM);
-    if step_count < 20 {
-        return NoiseModel::white(rms);
+    if step_count < LEAST_STEPS {
+        let taken: f64 = absorbed.iter().flat_map(|group| &group.columns).flatten().map(|value| value * value).sum();
+        return NoiseModel::white(((sum + taken) / count.max(1) as f64).sqrt().max(NOISE_FLOOR_MM));
     }
     let white = (0.5 * step_sum / step_count as f64).sqrt().max(NOISE_FLOOR_MM);
     let slow = (rms * rms - white * white).max(0.04 * white * white).sqrt();

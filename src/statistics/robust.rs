@@ -26,7 +26,8 @@ pub fn third_differences(values: &[f64]) -> impl Iterator<Item = f64> {
     values.windows(4).map(|v| v[0] - 3.0 * v[1] + 3.0 * v[2] - v[3])
 }
 
-/// Noise of values from row to row, whatever slow curve they follow.
+/// Noise of values from row to row, whatever slow curve they follow; rows without one are passed over.
 pub fn noise_of_rows(values: &[f64]) -> f64 {
-    robust_sigma(third_differences(values)) / OF_THIRD_DIFFERENCES.sqrt()
+    let finite: Vec<f64> = values.iter().copied().filter(|value| value.is_finite()).collect();
+    robust_sigma(third_differences(&finite)) / OF_THIRD_DIFFERENCES.sqrt()
 }

@@ -21,6 +21,7 @@ use fiveaxis::units::UM_PER_MM;
 use super::Refusal;
 use super::output::{Foreign, OutputFolder, print, print_json, session_inputs, settle, write_all};
 use crate::verbs::options::directions::{DirectionsName, say};
+use crate::verbs::options::recorded::recorded;
 use crate::verbs::output::ending::Ending;
 use crate::verbs::output::progress::Working;
 
@@ -84,7 +85,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Refusal> {
         return Err(format!("--limit {} is not between 0 and 1000000 µm", arguments.limit).into());
     }
     settle(&arguments.session)?;
-    let mut session = load_session(&arguments.session)?;
+    let mut session = recorded(load_session(&arguments.session)?);
     let machine_file = session.machine_file.clone();
     say(&mut session.machine, arguments.directions, &machine_file)?;
     session.machine.stated_directions().map_err(|why| format!("{machine_file}: {why}"))?;

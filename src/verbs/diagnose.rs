@@ -13,6 +13,7 @@ use fiveaxis::session::Session;
 
 use super::Refusal;
 use super::output::{Foreign, print, remark, remarks, session_inputs, settle, write_all};
+use crate::verbs::options::recorded::recorded;
 use crate::verbs::options::report::diagnosis_report;
 use crate::verbs::options::save::saved;
 use crate::verbs::output::ending::Ending;
@@ -56,7 +57,7 @@ enum Alarm {
 pub fn run(arguments: &Arguments) -> Result<(), Refusal> {
     settle(&arguments.session)?;
     let session = match load_session(&arguments.session) {
-        Ok(session) => session,
+        Ok(session) => recorded(session),
         Err(refusal) => return tell_mistake(arguments, refusal),
     };
     let session = match session.states_no_times() {

@@ -13,6 +13,7 @@ use jiff::civil::{Date, date};
 
 use super::Refusal;
 use super::output::{Foreign, OutputFolder, print, print_json, session_inputs, settle, write_all};
+use crate::verbs::options::recorded::recorded;
 use crate::verbs::output::progress::Working;
 
 /// Most sessions of a folder.
@@ -108,7 +109,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Refusal> {
 /// A session fitted; `None` when its recordings are not to be believed.
 fn fitted(file: &Path, inputs: &mut Vec<PathBuf>) -> Result<Option<Fitted>, Refusal> {
     settle(file)?;
-    let session = load_session(file)?;
+    let session = recorded(load_session(file)?);
     inputs.extend(session_inputs(file, &session));
     let examination = examine(&session, &Options::default()).map_err(|why| format!("{}: {why}", file.display()))?;
     let Some(fit) = examination.fit.as_ref().filter(|_| examination.is_sound()) else { return Ok(None) };

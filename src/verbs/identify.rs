@@ -14,8 +14,9 @@ use fiveaxis::report::thesis::{thesis_json, thesis_text};
 use fiveaxis::session::Session;
 
 use super::Refusal;
-use super::output::{Foreign, print, print_json, session_inputs, settle, write_all};
+use super::output::{Foreign, print, print_json, remarks, session_inputs, settle, write_all};
 use crate::verbs::options::directions::{DirectionsName, say};
+use crate::verbs::options::recorded::recorded;
 use crate::verbs::options::report::fit_report;
 use crate::verbs::options::save::saved;
 use crate::verbs::output::ending::Ending;
@@ -76,7 +77,7 @@ enum Method {
 /// Runs the verb.
 pub fn run(arguments: &Arguments) -> Result<(), Refusal> {
     settle(&arguments.session)?;
-    let mut session = load_session(&arguments.session)?;
+    let mut session = recorded(load_session(&arguments.session)?);
     let machine_file = session.machine_file.clone();
     say(&mut session.machine, arguments.directions, &machine_file)?;
     if let Some(method) = arguments.method {
@@ -101,7 +102,8 @@ pub fn run(arguments: &Arguments) -> Result<(), Refusal> {
     }
     let senses = turned_senses(&session, fit)?;
     let lines = axis_lines(&session, fit);
-    let json = fit_json(&session, fit, &lines, &senses, circles(&session)?).examined(&examination);
+    let mut json = fit_json(&session, fit, &lines, &senses, circles(&session)?).examined(&examination);
+    json.warnings.extend(remarks());
     if let Some(folder) = &arguments.report {
         sets.push((folder.clone(), fit_report(&session, fit, &json)?));
     }

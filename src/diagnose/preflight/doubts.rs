@@ -128,6 +128,26 @@ fn misfit_of_distances(session: &Session, fit: &Fit) -> Option<String> {
     ))
 }
 
+/// Readings more than unknowns that they tell, from which the noise that they leave is known: of ten its σ to 22 %.
+const LEAST_REDUNDANCY: f64 = 10.0;
+
+/// Too few readings to know noise, and σ with it, in words.
+pub(crate) fn too_few(fit: &Fit) -> Option<String> {
+    let readings: usize = fit.tests.iter().map(|test| test.kept.iter().filter(|kept| **kept).count()).sum();
+    let told = fit
+        .unknowns
+        .iter()
+        .enumerate()
+        .map(|(k, unknown)| 1.0 - (fit.covariance[(k, k)] / unknown.prior_sigma.powi(2)).clamp(0.0, 1.0));
+    let told: f64 = told.sum();
+    (readings as f64 - told < LEAST_REDUNDANCY).then(|| {
+        format!(
+            "{readings} readings tell {told:.0} unknowns: what they leave does not say how well, so no error is called determined; record more of \
+             them, {LEAST_REDUNDANCY:.0} more than unknowns at least"
+        )
+    })
+}
+
 /// Residual, in noise from row to row, that gauges and set-ups do not leave: of 290 simulated sessions without an effect, with white
 /// noise, a zero that drifts and cups that settle, the largest left 2.8.
 const LEFT_OVER: f64 = 3.0;

@@ -2,7 +2,7 @@
 
 use super::contradictions::{contradiction, copied_rows, further_contradiction};
 use super::data_fault::{DataFault, RECORDER};
-use super::doubts::{displaced, left_out_share, left_over, misfit, repeats_um, strained, unjudged, warnings};
+use super::doubts::{displaced, left_out_share, left_over, misfit, repeats_um, strained, too_few, unjudged, warnings};
 use super::gross_misfit::contest;
 use super::mistake_or_effect::held_against_physics;
 use super::places::frames::moved;
@@ -78,7 +78,12 @@ pub fn examine(session: &Session, options: &Options) -> Result<Examination, FitE
     let doubts: Vec<String> = sound
         .iter()
         .flat_map(|fit| {
-            left_over(session, fit).into_iter().chain(strained(fit)).chain(displaced(fit)).chain(unchanging(session))
+            left_over(session, fit)
+                .into_iter()
+                .chain(strained(fit))
+                .chain(displaced(fit))
+                .chain(unchanging(session))
+                .chain(too_few(fit))
         })
         .collect();
     if !doubts.is_empty() {

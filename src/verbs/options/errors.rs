@@ -9,6 +9,7 @@ use fiveaxis::machine::Machine;
 use fiveaxis::session::Session;
 
 use super::directions::{DirectionsName, say};
+use super::recorded::recorded;
 use crate::verbs::Refusal;
 use crate::verbs::output::ending::Ending;
 use crate::verbs::output::progress::Working;
@@ -38,7 +39,7 @@ pub fn erring_machine(
     settle(errors)?;
     erring.inputs.push(errors.to_path_buf());
     let mut with_errors = if names_tests(errors)? {
-        let session = load_session(errors)?;
+        let session = recorded(load_session(errors)?);
         erring.inputs.extend(session_inputs(errors, &session));
         let working = Working::on(format!("fitting {}", session.name));
         let examination = examine(&session, &Options::default())?;

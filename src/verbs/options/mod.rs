@@ -2,5 +2,6 @@
 
 pub(crate) mod directions;
 pub(crate) mod errors;
+pub mod recorded;
 pub mod report;
 pub mod save;
