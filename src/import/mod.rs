@@ -18,14 +18,16 @@
 //! | `marks::moves` | when did those moves end? |
 //! | `marks::stopped` | was a run held between them? |
 //! | `marks::outside` | did the bar rest before them and after? |
-//! | `lag` | how do axes follow their commands? |
 //! | `other_reading` | are they there at another sense, unit or clock? |
 //! | `timing` | where along the run is the machine at a time? |
+//! | `timing::lag` | how do axes follow their commands? |
+//! | `timing::bend` | how is a run uneven? |
 //! | `wander` | what do readings say that wander together? |
 //! | `likelihood` | how well does a timing explain the readings? |
 //! | `variables` | which numbers are sought, and in which units? |
 //! | `search` | which timing explains them best, and which other does nearly? |
 //! | `uncertainty` | how well is it known, in s and in degrees? |
+//! | `uneven` | was a run held, or its feed changed, on the way? |
 //! | `place` | is it to be believed? |
 //! | `refusals` | what stands against it? |
 //! | `error` | why is it not placed? |
@@ -46,6 +48,7 @@ mod session_times;
 mod split;
 mod timing;
 mod uncertainty;
+mod uneven;
 mod variables;
 mod wander;
 

@@ -13,15 +13,14 @@ use super::refusals::{
     refuse_by_marks, refuse_cut_off, refuse_other_runs,
 };
 use super::search::{
-    Levels, bent, first_look, nearly_as_likely, searched_finely, searched_roughly, settled_apart,
-    settled_with_lost_motion, shares_of_uneven, standing, starts, uneven,
+    Levels, first_look, nearly_as_likely, searched_finely, searched_roughly, settled_apart, settled_with_lost_motion,
+    standing, starts,
 };
 use super::seen_marks::Seen;
 use super::timing::Timing;
-use super::timing::bend::Bend;
 use super::uncertainty::{Known, apart, known};
+use super::uneven::Uneven;
 use super::variables::Candidate;
-use super::wander::Wander;
 use crate::session::{Marks, Session};
 use crate::statistics::{rms, standard_deviation};
 
@@ -83,12 +82,6 @@ const CERTAIN: f64 = 10.0;
 const CLEAR_OF_TESTS: f64 = 3.0;
 /// What a file's name says for the test that it names, in log odds: one name in twenty is wrong.
 const OF_NAME: f64 = 3.0;
-/// What an uneven run leaves, in noise and the usual wander of a gauge, where nothing else is at work.
-const LEFT_BY_A_BEND: f64 = 2.0;
-/// Costs above the best, twice log odds, beyond which an uneven run says nothing of an even one.
-const UNLIKELY: f64 = 20.0;
-/// Positions that an uneven run puts elsewhere by less than this are as well placed by an even one, deg or mm.
-const AS_WELL_PLACED: f64 = 0.05;
 /// Log odds against another place in time: 1 in 100.
 const CLEAR: f64 = 4.6;
 /// Least certainty of a position, deg or mm: 2° turn 3.5 % of an error into the one beside it. Beyond it the noise of a bar that
@@ -361,19 +354,6 @@ fn gap_is_kept(course: &Course, seen: &Seen) -> bool {
     course.marks.is_some_and(|own| (own.gap_s - seen.gap_s).abs() < GAP_OFF_S)
 }
 
-/// Refuses a run that was held, or whose feed changed, on the way, where the readings say so beyond doubt and it puts positions elsewhere.
-fn refuse_uneven(test: &str, course: &Course, best: &Candidate, uneven: &[Candidate]) -> Result<(), ImportError> {
-    let Some(found) = uneven.first().filter(|found| 0.5 * (best.cost - found.cost) > CERTAIN) else { return Ok(()) };
-    let off = apart(course, &best.timing, &found.timing);
-    if off < AS_WELL_PLACED {
-        return Ok(());
-    }
-    let bends = found.timing.bends;
-    let direction = usize::from(bends[0] == Bend::NONE);
-    let Bend { at, held_s, ratio } = bends[direction];
-    Err(ImportError::Uneven { test: test.into(), percent: 100.0 * at, held_s, ratio, off, unit: course.unit })
-}
-
 /// Log odds against the next best place in time; refused where one explains the readings alike.
 fn odds_of_place(
     course: &Course,
@@ -479,21 +459,11 @@ fn judged(
     }
     let runs_apart_mm = left_of_runs_mm(&course, &data, &best.timing, &residual).filter(are_apart);
     refuse_at_bounds(test, &course, &best.timing)?;
-    let uneven = if data.marks.is_some() { uneven(&course, &data, &best) } else { Vec::new() };
-    // where forms of the machine are left, a bend takes what it can of them and is none
-    let most_left_mm = LEFT_BY_A_BEND * noise_mm.hypot(Wander::default().size_mm);
-    let mut bent = bent(&course, &levels.fine, &uneven);
-    bent.retain(|one| {
-        let left = residual_mm(&course, &levels.fine.with(one.wander), &one.timing, one.freedom);
-        rms(left.into_iter()) < most_left_mm
-    });
-    refuse_uneven(test, &course, &best, &bent)?;
-    likely.extend(bent.into_iter().filter(|one| one.cost < best.cost + UNLIKELY));
+    let uneven = Uneven::beside(&course, &levels.fine, &best, (left_mm, noise_mm));
+    uneven.refuse(test, &course, &best)?;
+    likely.extend(uneven.as_likely(&best));
     let Known { sigma, position_sigma } = known(&course, &data, &likely);
-    let shares = if left_mm < most_left_mm { shares_of_uneven(&best, &uneven) } else { Vec::new() };
-    let of_uneven =
-        shares.iter().zip(&uneven).map(|(share, one)| share * apart(&course, &best.timing, &one.timing).powi(2));
-    let position_sigma = position_sigma.hypot(of_uneven.sum::<f64>().sqrt());
+    let position_sigma = position_sigma.hypot(uneven.position_sigma);
     let unit = course.unit;
     refuse_cut_off(&course, &best.timing, capture, &sigma)?;
     if position_sigma > LIMIT {

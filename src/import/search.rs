@@ -105,7 +105,7 @@ pub(super) fn searched_finely(course: &Course, levels: &Levels, few: &[Candidate
 }
 
 /// Ramps from which searches between marks begin, s.
-const RAMPS: [f64; 4] = [0.04, 0.1, 0.25, 0.6];
+pub(super) const RAMPS: [f64; 4] = [0.04, 0.1, 0.25, 0.6];
 
 /// Timings that begin and end as marks tell, by ramp.
 fn between_marks(course: &Course, data: &Averages, seen: &Seen) -> Vec<Candidate> {
@@ -224,7 +224,7 @@ fn descend_apart(course: &Course, data: &Averages, from: Candidate, size: f64) -
 }
 
 /// A search from a start with the freedom that the readings speak for.
-fn descend_freely(start: &Candidate, descend: impl Fn(Timing, Freedom) -> Candidate) -> Candidate {
+pub(super) fn descend_freely(start: &Candidate, descend: impl Fn(Timing, Freedom) -> Candidate) -> Candidate {
     let [first, others @ ..] = start.freedom.all();
     let best = descend(start.timing, first);
     others
@@ -315,119 +315,12 @@ fn near_by(course: &Course, timing: Timing) -> Vec<Timing> {
     [timing, at_one_pace].into_iter().chain(with_ramps).collect()
 }
 
-/// Log odds against a run that is uneven on the way: one in fifty is; and twice those against one place and size of it among some fifty
-/// that readings tell apart.
-const AGAINST_BENDS: f64 = 3.9;
-const AGAINST_A_BEND: f64 = 2.0 * AGAINST_BENDS + 16.0;
-/// Places, s and ratios of paces from which uneven runs are sought, and how many of those that explain most are.
-const BENT_AT: [f64; 5] = [0.1, 0.3, 0.5, 0.7, 0.9];
-const HELD_S: [f64; 3] = [0.1, 0.3, 0.9];
-const RATIOS: [f64; 6] = [0.9, 0.95, 0.985, 1.015, 1.05, 1.1];
-const BENT: usize = 3;
-
-/// The same place with runs that are uneven on the way: both at one time or place of theirs, or one of them, also so that both had one pace.
-pub(super) fn uneven(course: &Course, fine: &Averages, from: &Candidate) -> Vec<Candidate> {
-    let none = Bend::NONE;
-    let held = BENT_AT.into_iter().flat_map(|at| HELD_S.map(|held_s| Bend { at, held_s, ..none }));
-    let changed = BENT_AT.into_iter().flat_map(|at| RATIOS.map(|ratio| Bend { at, ratio, ..none }));
-    let of = |bend: Bend| {
-        let back = Bend { at: 1.0 - bend.at, ..bend };
-        let restored = Bend { ratio: bend.ratio.recip(), ..bend };
-        [[bend; 2], [bend, back], [bend, restored], [bend, none], [none, bend]]
-    };
-    let [there, back] = from.timing.paces;
-    let longer_s = course.run_s / there - course.run_s / back;
-    let at_one_pace = BENT_AT.into_iter().flat_map(|at| {
-        let hold = Bend { at, held_s: longer_s.abs(), ..none };
-        // the first run changed to the pace of the second, or the second from that of the first
-        let first = Bend { at, ratio: (back / there - (1.0 - at)) / at, ..none };
-        let second = Bend { at, ratio: (1.0 - at) / (there / back - at), ..none };
-        let is_sane = |bend: &Bend| (0.5..2.0).contains(&bend.ratio);
-        let of_hold = if longer_s > 0.0 { [hold, none] } else { [none, hold] };
-        let of_change = [[first, none], [none, second]];
-        std::iter::once(of_hold).chain(of_change.into_iter().filter(move |bends| bends.iter().all(is_sane)))
-    });
-    let as_found = held.chain(changed).flat_map(of).chain(at_one_pace).map(|bends| Timing { bends, ..from.timing });
-    let every: Vec<Timing> = as_found.chain(held_at_the_pace_of_marks(course, fine, &from.timing)).collect();
-    let data = fine.with(from.wander);
-    let bent = |timing| Candidate::of(course, &data, timing, from.freedom);
-    let mut list: Vec<Candidate> = every.into_par_iter().map(bent).filter(|one| one.cost.is_finite()).collect();
-    list.sort_by(|one, other| one.cost.total_cmp(&other.cost));
-    list
-}
-
-/// Runs at the pace of the marks with usual ramps, which stand for the time that is left: a ramp, or a pace, stands for it else.
-fn held_at_the_pace_of_marks(course: &Course, data: &Averages, timing: &Timing) -> Vec<Timing> {
-    let Some(seen) = &data.marks else { return Vec::new() };
-    let ways = RAMPS.into_iter().filter_map(|ramp_s| {
-        let moving_s = [0, 1].map(|direction| timing.moving_s(direction, course.run_s));
-        let held_s = moving_s.map(|moving_s| moving_s - ramp_s - course.run_s / seen.pace);
-        let paces = moving_s.map(|moving_s| course.run_s / (moving_s - ramp_s));
-        let is_held = held_s.iter().all(|held_s| *held_s > LEAST_HELD_S);
-        is_held.then_some((Timing { ramp_s, paces, ..*timing }, held_s))
-    });
-    let at = |(timing, held_s): (Timing, [f64; 2])| {
-        BENT_AT.into_iter().flat_map(move |at| {
-            [[at, at], [at, 1.0 - at]].map(|places| {
-                let bends = [0, 1].map(|k| Bend { at: places[k], held_s: held_s[k], ..Bend::NONE });
-                Timing { bends, ..timing }
-            })
-        })
-    };
-    ways.flat_map(at).collect()
-}
-
-/// Shortest hold that is looked for so, s: shorter ones are those of rests and ramps.
-const LEAST_HELD_S: f64 = 0.03;
-
-/// Uneven runs by how likely each is beside an even one, all of them together one in fifty before any reading.
-pub(super) fn shares_of_uneven(even: &Candidate, uneven: &[Candidate]) -> Vec<f64> {
-    let each = (-AGAINST_BENDS).exp() / uneven.len().max(1) as f64;
-    let weights: Vec<f64> = uneven.iter().map(|one| each * (0.5 * (even.cost - one.cost)).exp()).collect();
-    let all = 1.0 + weights.iter().sum::<f64>();
-    weights.into_iter().map(|weight| weight / all).collect()
-}
-
-/// The uneven runs that explain most, the best first, where they do. Their costs count how rare that is.
-pub(super) fn bent(course: &Course, fine: &Averages, uneven: &[Candidate]) -> Vec<Candidate> {
-    let settled = |candidate: &Candidate| {
-        let settled = (0..2).fold(*candidate, |one, _| {
-            let data = fine.with(wandering(course, fine, &one));
-            let bent = sized(course, &data, &one);
-            descend_freely(&bent, |timing, freedom| {
-                descend_by_covariance(course, &data, Candidate::of(course, &data, timing, freedom))
-            })
-        });
-        Candidate { cost: settled.cost + AGAINST_A_BEND, ..settled }
-    };
-    let mut settled: Vec<Candidate> = uneven[..BENT.min(uneven.len())].par_iter().map(settled).collect();
-    settled.sort_by(|one, other| one.cost.total_cmp(&other.cost));
-    settled
-}
-
-/// An uneven run with the place and size of its bends that explain most: moved alike where both runs have one.
-fn sized(course: &Course, data: &Averages, from: &Candidate) -> Candidate {
-    let at = |[along, size]: &[f64; 2]| {
-        let bends = from.timing.bends.map(|bend| match bend == Bend::NONE {
-            true => bend,
-            false => Bend {
-                at: (bend.at + 0.1 * along).clamp(0.02, 0.98),
-                held_s: bend.held_s * size.exp(),
-                ratio: bend.ratio.powf(size.exp()),
-            },
-        });
-        Timing { bends, ..from.timing }
-    };
-    let timing = at(&minimise_few([0.0; 2], 0.5, |x| cost(course, data, &at(x), from.freedom)));
-    Candidate::of(course, data, timing, from.freedom)
-}
-
 /// Searches along a narrow valley, at most.
 const ALONG: usize = 8;
 
 /// Down a narrow valley: by slopes along its own axes, each in its standard deviations, again from where it ends, for valleys are
 /// bent.
-fn descend_by_covariance(course: &Course, data: &Averages, from: Candidate) -> Candidate {
+pub(super) fn descend_by_covariance(course: &Course, data: &Averages, from: Candidate) -> Candidate {
     let mut best = from;
     for _ in 0..ALONG {
         let units = units(course, data, best.timing.pace());
@@ -471,7 +364,7 @@ pub(super) fn settled_with_lost_motion(
 }
 
 /// The likeliest wander beside a timing.
-fn wandering(course: &Course, data: &Averages, best: &Candidate) -> Wander {
+pub(super) fn wandering(course: &Course, data: &Averages, best: &Candidate) -> Wander {
     let at = |x: &[f64; 2]| cost(course, &data.with(Wander::off(x)), &best.timing, best.freedom);
     Wander::off(&minimise_few(best.wander.spreads(), 0.5, at))
 }
