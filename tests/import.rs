@@ -806,6 +806,10 @@ fn files_of_gauges_are_read_and_others_refused() {
             "f.csv: the readings 'deviation' have no unit; name the column deviation_um, deviation_mm or length_mm, or say --unit",
         ),
         (
+            "time_s,Deviation [in]\n0,1\n",
+            "f.csv: the readings 'Deviation [in]' have the unit 'in', which is not read; convert them to um or mm, and say --unit",
+        ),
+        (
             "deviation_um\n1\n2\n",
             "f.csv: has neither times nor a sampling rate; add a column time_s or say --rate with the readings a second",
         ),

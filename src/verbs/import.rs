@@ -94,6 +94,9 @@ pub fn run(arguments: &Arguments) -> Result<(), Refusal> {
         UnitName::LengthMm => LengthColumn::LengthMm,
     });
     let began = began(arguments)?;
+    if arguments.captures.iter().filter(|file| file.as_os_str() == "-").count() > 1 {
+        return Err("standard input (-) is named twice, and is read once; name files".into());
+    }
     let working = Working::on(format!("placing {} captures", arguments.captures.len()));
     let feeds = if arguments.any_feed { Feeds::Any } else { Feeds::Programmed };
     let read = |file: &PathBuf| load_capture(file, CaptureHints { rate_hz, column });

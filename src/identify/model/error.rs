@@ -10,7 +10,9 @@ pub enum FitError {
     Motion(#[from] MotionError),
     #[error(transparent)]
     Effect(#[from] EffectError),
-    #[error("the session has no recording; record its tests first, or use 'fiveaxis simulate' to make some")]
+    #[error(
+        "the session has no recording; record its tests first, or let 'fiveaxis simulate' write some into the session's own folder (--out)"
+    )]
     NoRecording,
     #[error("the fit did not converge; check ball places, bar lengths and the signs of the axes in the session")]
     NoConvergence,

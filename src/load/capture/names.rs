@@ -30,7 +30,13 @@ pub(super) const READINGS: [&str; 12] = [
 /// Words that name readings where a unit of length stands beside them: there is an error code without one.
 const WITH_UNIT: [&str; 3] = ["error", "δl", "dl"];
 /// Words that name times.
-const TIMES: [&str; 9] = ["time", "zeit", "t", "seconds", "datetime", "timestamp", "uhrzeit", "elapsed", "temps"];
+const TIMES: [&str; 10] =
+    ["time", "zeit", "t", "seconds", "datetime", "timestamp", "zeitstempel", "uhrzeit", "elapsed", "temps"];
+/// Words for micrometres.
+const MICROMETRES: [&str; 8] =
+    ["um", "micron", "microns", "micrometer", "micrometers", "micrometre", "micrometres", "mikrometer"];
+/// Words for units of length in which no readings are taken.
+const OTHER_UNITS: [&str; 8] = ["in", "inch", "inches", "thou", "mil", "mils", "nm", "cm"];
 /// Words for lengths themselves, and for what they are off by, which a length beside them is of.
 const LENGTHS: [&str; 3] = ["length", "laenge", "distance"];
 const OFF: [&str; 4] = ["deviation", "abweichung", "ecart", "error"];
@@ -42,6 +48,13 @@ pub(super) fn plain_name(name: &str) -> String {
     plain.chars().map(|character| if character.is_alphanumeric() { character } else { '_' }).collect()
 }
 
+/// The unit of length in a name of readings that is none of those that are read.
+pub(super) fn other_unit(name: &str) -> Option<&'static str> {
+    let plain = plain_name(name);
+    let mut words = plain.split('_');
+    words.find_map(|word| OTHER_UNITS.into_iter().find(|unit| *unit == word))
+}
+
 pub(super) fn meaning(name: &str) -> Meaning {
     let plain = plain_name(name);
     let words: Vec<&str> = plain.split('_').filter(|word| !word.is_empty()).collect();
@@ -49,7 +62,7 @@ pub(super) fn meaning(name: &str) -> Meaning {
     if has(&TIMES) {
         return Meaning::Time(words.iter().find_map(|word| time_unit_s(word)).unwrap_or(1.0));
     }
-    let (in_um, in_mm) = (has(&["um", "micron", "microns"]), has(&["mm"]));
+    let (in_um, in_mm) = (has(&MICROMETRES), has(&["mm"]));
     if !(has(&READINGS) || has(&WITH_UNIT) && (in_um || in_mm)) {
         return Meaning::Other;
     }

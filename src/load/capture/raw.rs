@@ -3,6 +3,7 @@
 use std::borrow::Cow;
 use std::path::Path;
 
+use super::names::other_unit;
 use crate::load::checked_text::limits::{CAPTURE_SECONDS, ROWS};
 use crate::load::checked_text::message::LoadError;
 use crate::load::checked_text::printable::{LONGEST_SHOWN, shortened};
@@ -71,11 +72,17 @@ impl Raw {
             return Err(LoadError::file(file, message));
         }
         let Some(column) = hints.column.or(self.column) else {
+            let name = shortened(&self.name, LONGEST_SHOWN);
+            if let Some(unit) = other_unit(&self.name) {
+                let says = format!(
+                    "the readings '{name}' have the unit '{unit}', which is not read; convert them to um or mm, and say --unit"
+                );
+                return Err(LoadError::file(file, says));
+            }
             return Err(LoadError::file(
                 file,
                 format!(
-                    "the readings '{}' have no unit; {} or say --unit",
-                    shortened(&self.name, LONGEST_SHOWN),
+                    "the readings '{name}' have no unit; {} or say --unit",
                     match self.is_xml {
                         true => "state um or mm in an element Unit",
                         false => "name the column deviation_um, deviation_mm or length_mm,",

@@ -32,6 +32,13 @@ pub fn erring_machine(
     directions: Option<DirectionsName>,
 ) -> Result<ErringMachine, Refusal> {
     settle(file)?;
+    if names_tests(file)? {
+        return Err(format!(
+            "{} is a session, where a machine file is due: name its machine file, and the session with --errors",
+            file.display()
+        )
+        .into());
+    }
     let mut machine = load_machine(file)?;
     say(&mut machine, directions, &file.display().to_string())?;
     let mut erring = ErringMachine { machine, fit: None, inputs: vec![file.to_path_buf()] };
