@@ -172,7 +172,7 @@ type LinkOf = fn(&mut Test) -> &mut String;
 const OTHER_ZEROS_DEG: [f64; 3] = [90.0, -90.0, 180.0];
 
 /// Columns of rotary axes that count from another zero.
-pub(super) fn columns_off(session: &Session) -> Vec<Undone> {
+fn columns_off(session: &Session) -> Vec<Undone> {
     let machine = &session.machine;
     let of = |axis: usize, by_deg: f64| {
         let name = &machine.axes[axis].name;

@@ -6,7 +6,7 @@
 use nalgebra::{Matrix3, Vector3};
 use rayon::prelude::*;
 
-use super::points::{EXCHANGED, columns_off, in_units, rows_off, sightings_if_several, with_coordinates};
+use super::points::{EXCHANGED, in_units, rows_off, sightings_if_several, with_coordinates};
 use super::undone::{AS_READ, COORDINATES, Undone};
 use crate::chain::Chain;
 use crate::diagnose::fault_kind::FaultKind;
@@ -21,7 +21,7 @@ use crate::session::{Recording, Session, Test, is_looked_for, located_anew};
 const INSTRUMENT: &str = "instrument";
 
 /// Rows of all instruments together by which coordinates are told.
-const ROWS: usize = 120;
+const ROWS: usize = 60;
 
 /// Fits that leave less are of readings without noise, µm: rounding.
 const LEAST_MISFIT_UM: f64 = 1e-3;
@@ -96,7 +96,6 @@ fn ways(session: &Session, worst: &[usize]) -> Vec<Undone> {
     let axes = || Axes::all().filter(|axes| is_placed || axes.held == Held::Exchanged(0, 1));
     let mut list: Vec<Undone> = axes().map(|axes| axes.undone(session, None, is_placed)).collect();
     list.extend(in_units(session, None));
-    list.extend(columns_off(session));
     for name in sightings_if_several(session) {
         if worst.iter().any(|&test| session.tests[test].stated_name() == name) {
             let reversed = is_placed.then(Axes::reversed);
