@@ -1,7 +1,7 @@
 //! Directions that the recordings cannot tell apart, and in words what would separate them.
 
 use crate::statistics::NoiseModel;
-use nalgebra::{Cholesky, DMatrix, SymmetricEigen};
+use nalgebra::{Cholesky, DMatrix, Dyn, SymmetricEigen};
 
 use super::candidates::{Candidate, candidate_circles, candidate_tests};
 use super::solve::Solution;
@@ -129,8 +129,16 @@ struct Separators<'a> {
     candidates: &'a [Candidate],
     /// Covariance now, in units of the priors.
     covariance: DMatrix<f64>,
-    /// Columns of each candidate's readings in units of their noise.
-    columns: Vec<DMatrix<f64>>,
+    /// By candidate.
+    seen: Vec<Seen>,
+}
+
+/// What a candidate's readings would say.
+struct Seen {
+    /// Covariance of its readings, in units of their noise, with the unknowns.
+    with_unknowns: DMatrix<f64>,
+    /// The factor of that of its readings with each other; `None` where they tell nothing.
+    factor: Option<Cholesky<f64, Dyn>>,
 }
 
 impl<'a> Separators<'a> {
@@ -143,31 +151,34 @@ impl<'a> Separators<'a> {
         let count = problem.asked;
         let with_prior = solution.information_of(count) + DMatrix::identity(count, count);
         let covariance = inverse(&with_prior);
-        let columns = candidates
+        let seen = candidates
             .iter()
             .map(|candidate| {
                 let rows = candidate_columns(problem, solution, candidate);
                 let reading_mm = noise[candidate.like].rms_mm() * (rows.nrows() as f64 / EFFECTIVE_READINGS).sqrt();
-                rows / reading_mm
+                let columns = rows / reading_mm;
+                let with_unknowns = &columns * &covariance;
+                let noise = DMatrix::identity(columns.nrows(), columns.nrows());
+                let factor = Cholesky::new(&with_unknowns * columns.transpose() + noise);
+                Seen { with_unknowns, factor }
             })
             .collect();
-        Separators { candidates, covariance, columns }
+        Separators { candidates, covariance, seen }
     }
 
     /// The candidate that best fixes an unknown, with the factor by which its sigma shrinks.
     fn best_for(&self, unknown: usize) -> Option<(&Candidate, f64)> {
         let now = self.covariance[(unknown, unknown)];
-        let after = self.columns.iter().map(|columns| self.after(columns, unknown));
+        let after = (0..self.candidates.len()).map(|candidate| self.after(candidate, unknown));
         let (best, after) = after.enumerate().min_by(|(_, one), (_, other)| one.total_cmp(other))?;
         Some((&self.candidates[best], (after / now).sqrt()))
     }
 
     /// Variance of an unknown with the readings of a candidate: `C_kk − c'(1 + RCR')⁻¹c` with `c = RC e_k`, R its columns.
-    fn after(&self, columns: &DMatrix<f64>, unknown: usize) -> f64 {
-        let seen = columns * &self.covariance;
-        let innovation = &seen * columns.transpose() + DMatrix::identity(columns.nrows(), columns.nrows());
-        let of_unknown = seen.column(unknown).into_owned();
-        let told = Cholesky::new(innovation).map_or(0.0, |factor| of_unknown.dot(&factor.solve(&of_unknown)));
+    fn after(&self, candidate: usize, unknown: usize) -> f64 {
+        let Seen { with_unknowns, factor } = &self.seen[candidate];
+        let of_unknown = with_unknowns.column(unknown).into_owned();
+        let told = factor.as_ref().map_or(0.0, |factor| of_unknown.dot(&factor.solve(&of_unknown)));
         (self.covariance[(unknown, unknown)] - told).max(0.0)
     }
 }

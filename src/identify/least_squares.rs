@@ -15,7 +15,7 @@ use crate::identify::model::problem::Problem;
 use crate::identify::model::unknowns::{Quantity, Unknown};
 use crate::readings::NOISE_CLASSES;
 use crate::session::{Session, Setups};
-use crate::statistics::{Absorbed, NOISE_FLOOR_MM, NoiseModel, fit_noise, rms, robust_sigma};
+use crate::statistics::{NOISE_FLOOR_MM, NoiseModel, fit_noise, rms, robust_sigma, white_noise};
 
 /// Fits a session.
 pub fn identify(session: &Session, options: &Options) -> Result<Fit, FitError> {
@@ -125,15 +125,6 @@ fn fitted_noise(
         None => by_class[class(index)].1,
     };
     (0..masked.len()).map(chosen).collect()
-}
-
-/// White noise of residuals and of what a fit has absorbed of it.
-fn white_noise(residual_mm: impl Iterator<Item = f64>, absorbed: &[Absorbed]) -> NoiseModel {
-    let (sum, count) = residual_mm
-        .filter(|value| value.is_finite())
-        .fold((0.0, 0usize), |(sum, count), value| (sum + value * value, count + 1));
-    let absorbed: f64 = absorbed.iter().flat_map(|group| &group.columns).flatten().map(|value| value * value).sum();
-    NoiseModel::white(((sum + absorbed) / count.max(1) as f64).sqrt().max(NOISE_FLOOR_MM))
 }
 
 fn summary(

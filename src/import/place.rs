@@ -9,7 +9,7 @@ use super::likelihood::{cost_at_rest, left_of_runs_mm, of_marks, residual_mm};
 use super::marks::{Cut, Found, cut, find};
 use super::other_reading::{alike, forms, other_reading};
 use super::refusals::{
-    GAP_OFF_S, LONGEST_RAMP_S, allowed_mm, are_apart, may_run_between, may_wait, other_runs, refuse_at_bounds,
+    CERTAIN, GAP_OFF_S, LONGEST_RAMP_S, allowed_mm, are_apart, may_run_between, may_wait, other_runs, refuse_at_bounds,
     refuse_by_marks, refuse_cut_off, refuse_other_runs,
 };
 use super::search::{
@@ -75,8 +75,6 @@ const REST_KEPT_S: f64 = 12.0;
 const REST_KEPT_SHARE: f64 = 0.25;
 /// Share of them from which on a capture that cannot be placed is said to have a bar that was off.
 const FEW_OUTSIDE: f64 = 0.01;
-/// Log odds from which on something is held for certain: 1 in 20,000.
-const CERTAIN: f64 = 10.0;
 /// Log odds against another test where marks were seen: 1 in 20. A capture whose readings speak for neither of two tests is taken
 /// for the one whose gap it has to a hundredth of a second, and never where readings speak against it.
 const CLEAR_OF_TESTS: f64 = 3.0;

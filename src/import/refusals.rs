@@ -9,6 +9,8 @@ use super::timing::Timing;
 use super::variables::RAMPS_S;
 use crate::session::Marks;
 
+/// Log odds from which on something is held for certain: 1 in 20,000.
+pub(super) const CERTAIN: f64 = 10.0;
 /// Share of the readings' own size, and size, mm, that a believed placement may leave.
 const LEFT_SHARE: f64 = 0.25;
 const LEFT_MM: f64 = 5e-3;

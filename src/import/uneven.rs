@@ -6,6 +6,7 @@ use super::capture::Averages;
 use super::course::Course;
 use super::error::ImportError;
 use super::likelihood::{cost, residual_mm};
+use super::refusals::CERTAIN;
 use super::search::{RAMPS, descend_by_covariance, descend_freely, wandering};
 use super::timing::Timing;
 use super::timing::bend::Bend;
@@ -16,8 +17,6 @@ use crate::statistics::{minimise_few, rms};
 
 /// Costs above the best, twice log odds, beyond which an uneven run says nothing of an even one.
 const UNLIKELY: f64 = 20.0;
-/// Log odds from which on a run is uneven for certain: 1 in 20,000.
-const CERTAINLY_UNEVEN: f64 = 10.0;
 /// Positions that an uneven run puts elsewhere by less than this are as well placed by an even one, deg or mm.
 const AS_WELL_PLACED: f64 = 0.05;
 /// What an uneven run leaves, in noise and the usual wander of a gauge, where nothing else is at work. Where forms of the machine are left, a
@@ -53,7 +52,7 @@ impl Uneven {
 
     /// Refuses a run that was not even, where the readings say so beyond doubt and it puts positions elsewhere.
     pub fn refuse(&self, test: &str, course: &Course, even: &Candidate) -> Result<(), ImportError> {
-        let is_certain = |found: &&Candidate| 0.5 * (even.cost - found.cost) > CERTAINLY_UNEVEN;
+        let is_certain = |found: &&Candidate| 0.5 * (even.cost - found.cost) > CERTAIN;
         let Some(found) = self.bent.first().filter(is_certain) else { return Ok(()) };
         let off = apart(course, &even.timing, &found.timing);
         if off < AS_WELL_PLACED {

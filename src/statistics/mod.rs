@@ -18,7 +18,7 @@ pub use minimum::{Least, minimise_smooth};
 pub(crate) use minimum::{least_along, minimise_few};
 pub(crate) use moments::standard_deviation;
 pub use moments::{Fitted, mean, rms};
-pub use noise::{Absorbed, fit_noise, misfit};
+pub use noise::{Absorbed, fit_noise, misfit, white_noise};
 pub(crate) use noise_model::NOISE_FLOOR_MM;
 pub use noise_model::NoiseModel;
 pub(crate) use principal::principal;

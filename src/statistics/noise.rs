@@ -181,6 +181,15 @@ fn absorbed_misfit(noise: &NoiseModel, absorbed: &[Absorbed]) -> f64 {
         .sum()
 }
 
+/// White noise of residuals and of what a fit has absorbed of it.
+pub fn white_noise(residual_mm: impl Iterator<Item = f64>, absorbed: &[Absorbed]) -> NoiseModel {
+    let (sum, count) = residual_mm
+        .filter(|value| value.is_finite())
+        .fold((0.0, 0usize), |(sum, count), value| (sum + value * value, count + 1));
+    let absorbed: f64 = absorbed.iter().flat_map(|group| &group.columns).flatten().map(|value| value * value).sum();
+    NoiseModel::white(((sum + absorbed) / count.max(1) as f64).sqrt().max(NOISE_FLOOR_MM))
+}
+
 /// Steps from reading to reading that tell noise with a memory from white noise.
 const LEAST_STEPS: usize = 20;
 
@@ -201,11 +210,10 @@ pub fn fit_noise(traces: &[Vec<f64>], absorbed: &[Absorbed], start: Option<Noise
             last = Some(value);
         }
     }
-    let rms = (sum / count.max(1) as f64).sqrt().max(NOISE_FLOOR_MM);
     if step_count < LEAST_STEPS {
-        let taken: f64 = absorbed.iter().flat_map(|group| &group.columns).flatten().map(|value| value * value).sum();
-        return NoiseModel::white(((sum + taken) / count.max(1) as f64).sqrt().max(NOISE_FLOOR_MM));
+        return white_noise(traces.iter().flatten().copied(), absorbed);
     }
+    let rms = (sum / count.max(1) as f64).sqrt().max(NOISE_FLOOR_MM);
     let white = (0.5 * step_sum / step_count as f64).sqrt().max(NOISE_FLOOR_MM);
     let slow = (rms * rms - white * white).max(0.04 * white * white).sqrt();
     let own = NoiseModel { white_mm: white, ar_mm: slow, ar_rho: 0.95, drift_mm: 0.3 * slow, offset_mm: 0.0 };

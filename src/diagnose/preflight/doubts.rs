@@ -33,13 +33,6 @@ pub(crate) fn repeats_um(session: &Session, fit: &Fit) -> Option<f64> {
     median(sweeps.map(|(test, _)| 1e3 * noise_of_rows(&test.residual_mm)))
 }
 
-/// Share of the readings that were left out as gross outliers.
-pub(crate) fn left_out_share(fit: &Fit) -> f64 {
-    let left_out: usize = fit.tests.iter().map(|test| test.left_out.len()).sum();
-    let kept: usize = fit.tests.iter().map(|test| test.kept.iter().filter(|kept| **kept).count()).sum();
-    left_out as f64 / (left_out + kept).max(1) as f64
-}
-
 /// Why nothing is to be learnt from these readings; `None` where they can be judged.
 pub(crate) fn unjudged(session: &Session, fit: &Fit) -> Option<String> {
     let has_bar = session.tests.iter().any(|test| test.bar_length_mm.is_some());
@@ -50,9 +43,9 @@ pub(crate) fn unjudged(session: &Session, fit: &Fit) -> Option<String> {
             "readings scatter by {noise_um:.0} µm from row to row, where a gauge in order stays below {limit:.0} µm"
         ));
     }
-    let share = left_out_share(fit);
+    let share = fit.left_out_share();
     if share > MOST_LEFT_OUT {
-        let left_out: usize = fit.tests.iter().map(|test| test.left_out.len()).sum();
+        let left_out = fit.left_out();
         reasons.push(format!(
             "{left_out} readings ({:.0} %) lie far from their neighbours, where more than {:.0} % make the others doubtful",
             100.0 * share,
@@ -133,13 +126,13 @@ const LEAST_REDUNDANCY: f64 = 10.0;
 
 /// Too few readings to know noise, and σ with it, in words.
 pub(crate) fn too_few(fit: &Fit) -> Option<String> {
-    let readings: usize = fit.tests.iter().map(|test| test.kept.iter().filter(|kept| **kept).count()).sum();
+    let readings = fit.readings();
     let told = fit
         .unknowns
         .iter()
         .enumerate()
-        .map(|(k, unknown)| 1.0 - (fit.covariance[(k, k)] / unknown.prior_sigma.powi(2)).clamp(0.0, 1.0));
-    let told: f64 = told.sum();
+        .map(|(k, unknown)| 1.0 - (fit.covariance[(k, k)] / unknown.prior_sigma.powi(2)).clamp(0.0, 1.0))
+        .sum::<f64>();
     (readings as f64 - told < LEAST_REDUNDANCY).then(|| {
         format!(
             "{readings} readings tell {told:.0} unknowns: what they leave does not say how well, so no error is called determined; record more of \
@@ -257,7 +250,7 @@ pub(crate) fn warnings(fit: &Fit) -> Vec<String> {
             )
         })
     });
-    let share = left_out_share(fit);
+    let share = fit.left_out_share();
     let outliers = (share > WARNED_LEFT_OUT).then(|| {
         format!("{:.1} % of the readings were left out as gross outliers: look after the gauge", 100.0 * share)
     });

@@ -2,7 +2,7 @@
 
 use super::contradictions::{contradiction, copied_rows, further_contradiction};
 use super::data_fault::{DataFault, RECORDER};
-use super::doubts::{displaced, left_out_share, left_over, misfit, repeats_um, strained, too_few, unjudged, warnings};
+use super::doubts::{displaced, left_over, misfit, repeats_um, strained, too_few, unjudged, warnings};
 use super::gross_misfit::contest;
 use super::mistake_or_effect::held_against_physics;
 use super::places::frames::moved;
@@ -146,7 +146,7 @@ pub(crate) fn examined(session: &Session, options: &Options) -> Result<Examinati
         warnings,
         is_doubtful: false,
         repeats_um,
-        left_out_share: fit.as_ref().map_or(0.0, left_out_share),
+        left_out_share: fit.as_ref().map_or(0.0, Fit::left_out_share),
         fit,
     })
 }

@@ -57,9 +57,7 @@ fn beside(capture: &Capture, rows: &[(f64, f64)], first: &Mark, last: &Mark) -> 
     }
     let from_s = from_s.map_or(f64::NEG_INFINITY, |time| time + BESIDE_S);
     let to_s = to_s.map_or(f64::INFINITY, |time| time - BESIDE_S);
-    let kept = capture.time_s.iter().zip(&capture.reading_mm).filter(|(time, _)| (from_s..=to_s).contains(*time));
-    let (time_s, reading_mm): (Vec<f64>, Vec<f64>) = kept.unzip();
-    let kept = Capture { time_s, reading_mm };
+    let kept = capture.between(from_s, to_s);
     let ((first_s, last_s), (from_s, to_s)) = (capture.ends_s(), kept.ends_s());
     Some(Cut { capture: kept, cut_s: [from_s - first_s, last_s - to_s] })
 }

@@ -1,6 +1,6 @@
 //! Displacements of gauges with another sense or unit, undone. Which mistake was made is for others to judge.
 
-use super::undone::Undone;
+use super::undone::{Undone, is_of};
 use crate::chain::Chain;
 use crate::diagnose::fault_kind::FaultKind;
 use crate::diagnose::preflight::data_fault::RECORDER;
@@ -65,11 +65,7 @@ pub(super) fn mistakes_of_gauges(session: &Session) -> Vec<Undone> {
         };
         factors.each_ref().map(|&(factor, kind, ref words)| {
             let mut undone = session.clone();
-            for test in undone
-                .tests
-                .iter_mut()
-                .filter(|test| is_gauge(test) && names.iter().any(|name| name == test.stated_name()))
-            {
+            for test in undone.tests.iter_mut().filter(|test| is_gauge(test) && is_of(test, names)) {
                 let lengths = test.recording.iter_mut().flat_map(|recording| &mut recording.length_mm);
                 lengths.for_each(|value| *value *= factor);
             }

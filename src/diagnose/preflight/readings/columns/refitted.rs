@@ -62,7 +62,7 @@ fn share_of(one: &Undone, session: &Session) -> f64 {
 /// Whether points fit as well with all coordinates turned: then every error has the other sign. Where the instrument is looked for they do
 /// not, for no instrument is mirrored.
 pub(super) fn fits_reversed(session: &Session) -> bool {
-    if !sightings(session).all(|test| !is_looked_for(&test.pivot)) {
+    if !are_placed(session) {
         return false;
     }
     let session = few_readings(session);
@@ -84,6 +84,11 @@ fn few_readings(session: &Session) -> Session {
     every_nth_sighting(session, rows.div_ceil(ROWS).max(1))
 }
 
+/// Whether the session states where its instruments stand.
+fn are_placed(session: &Session) -> bool {
+    !sightings(session).any(|test| is_looked_for(&test.pivot))
+}
+
 /// The first number of every test of points and poses.
 fn sightings(session: &Session) -> impl Iterator<Item = &Test> {
     session.tests.iter().filter(|test| test.is_first_of_sighting())
@@ -91,7 +96,7 @@ fn sightings(session: &Session) -> impl Iterator<Item = &Test> {
 
 /// Every way in which coordinates may be held otherwise: of all tests, and of each of those that fit worst.
 fn ways(session: &Session, worst: &[usize]) -> Vec<Undone> {
-    let is_placed = sightings(session).all(|test| !is_looked_for(&test.pivot));
+    let is_placed = are_placed(session);
     // of mirrored axes, which are all alike where the instrument's are not known, one
     let axes = || Axes::all().filter(|axes| is_placed || axes.held == Held::Exchanged(0, 1));
     let mut list: Vec<Undone> = axes().map(|axes| axes.undone(session, None, is_placed)).collect();

@@ -19,8 +19,13 @@ impl Undone {
     /// By how much it makes readings of a test larger.
     pub(super) fn scale_of(&self, test: &Test) -> f64 {
         let (scale, of) = &self.scale;
-        if of.as_ref().is_none_or(|of| of.iter().any(|name| name == test.stated_name())) { *scale } else { 1.0 }
+        if of.as_ref().is_none_or(|of| is_of(test, of)) { *scale } else { 1.0 }
     }
+}
+
+/// Whether a test stands in the session file by one of the names.
+pub(super) fn is_of(test: &Test, names: &[String]) -> bool {
+    names.iter().any(|name| name == test.stated_name())
 }
 
 /// What coordinates are called among the components of a mistake.
