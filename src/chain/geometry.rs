@@ -81,34 +81,32 @@ impl PlacedJoint {
         }
     }
 
+    /// Sine and cosine of the joint's turn at a position; of a linear joint none is needed.
+    pub(super) fn sine_cosine(&self, q: f64) -> (f64, f64) {
+        match self.joint.kind {
+            AxisKind::Rotary => (self.joint.sign * q).sin_cos(),
+            AxisKind::Linear => (0.0, 1.0),
+        }
+    }
+
     /// Where the nominal motion and M bring a point that the joint carries, relative to the origin, before E.
     pub(super) fn moved(
         &self,
         at: &Vector3<f64>,
-        q: f64,
+        turned: (f64, f64),
         motion: Option<&[f64; 6]>,
         composition: Composition,
     ) -> Vector3<f64> {
         let joint = &self.joint;
         let arm = at - joint.origin;
         match joint.kind {
-            AxisKind::Rotary => {
-                let turned = turn(&arm, &joint.direction, joint.sign * q);
-                shifted(turned, motion, composition)
-            }
+            AxisKind::Rotary => shifted(turn(&arm, &joint.direction, turned), motion, composition),
             AxisKind::Linear => shifted(arm, motion, composition),
         }
     }
 
-    /// A carried point in the carrier's frame.
-    pub(super) fn carry(
-        &self,
-        at: &Vector3<f64>,
-        q: f64,
-        motion: Option<&[f64; 6]>,
-        composition: Composition,
-    ) -> Vector3<f64> {
-        let arm = self.moved(at, q, motion, composition);
+    /// A point that [`PlacedJoint::moved`] has moved, in the carrier's frame.
+    pub(super) fn carry(&self, arm: &Vector3<f64>, q: f64) -> Vector3<f64> {
         let origin = self.joint.origin;
         match self.joint.kind {
             AxisKind::Rotary => origin + self.translation + self.rotation * arm,
@@ -168,9 +166,8 @@ pub(super) fn turn_directions(angles: &Vector3<f64>, composition: Composition) -
     }
 }
 
-/// Rotation of `arm` about the unit vector `about` by `angle` (Rodrigues).
-pub(super) fn turn(arm: &Vector3<f64>, about: &Vector3<f64>, angle: f64) -> Vector3<f64> {
-    let (sine, cosine) = angle.sin_cos();
+/// Rotation of `arm` about the unit vector `about` by an angle of this sine and cosine (Rodrigues).
+pub(super) fn turn(arm: &Vector3<f64>, about: &Vector3<f64>, (sine, cosine): (f64, f64)) -> Vector3<f64> {
     arm * cosine + about.cross(arm) * sine + about * (about.dot(arm) * (1.0 - cosine))
 }
 
@@ -216,22 +213,17 @@ impl<'a> Geometry<'a> {
         motion: Option<&MotionErrors>,
     ) -> Vector3<f64> {
         self.chain.path(link).iter().rev().fold(*at, |point, &axis| {
-            self.placed[axis].carry(&point, positions[axis], motion.map(|m| &m[axis]), self.composition)
+            let (placed, q) = (&self.placed[axis], positions[axis]);
+            let arm = placed.moved(&point, placed.sine_cosine(q), motion.map(|m| &m[axis]), self.composition);
+            placed.carry(&arm, q)
         })
     }
 
     /// Pose of a link in the bed frame.
     pub fn pose(&self, link: LinkId, positions: &[f64], motion: Option<&MotionErrors>) -> Pose {
-        let place = |at: Vector3<f64>| self.point(link, &at, positions, motion);
-        let origin = place(Vector3::zeros());
-        Pose {
-            rotation: Matrix3::from_columns(&[
-                place(Vector3::x()) - origin,
-                place(Vector3::y()) - origin,
-                place(Vector3::z()) - origin,
-            ]),
-            translation_mm: origin,
-        }
+        self.chain.path(link).iter().fold(Pose::identity(), |carrier, &axis| {
+            carrier.then(&self.joint_pose(axis, positions[axis], motion.map(|m| &m[axis])))
+        })
     }
 
     /// Pose of the link that an axis carries in its carrier's frame; `motion` are its component errors, `None` for none.

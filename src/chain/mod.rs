@@ -20,6 +20,6 @@ pub use geometry::{Composition, Geometry, MotionErrors, Pose};
 pub use link::{Branch, LinkId};
 pub use poses::Poses;
 pub use sense::{View, sense_in_words};
-pub use sensitivity::{Sensitivity, Wrench};
+pub use sensitivity::{Sensitivity, Way, Wrench};
 pub use structure::{Chain, Joint};
 pub use trig::{LARGEST_ANGLE_RAD, sines_and_cosines};

@@ -90,6 +90,23 @@ impl Wrench {
 /// Longest branch for which the ball's way through the chain is kept on the stack.
 const MAX_DEPTH: usize = 32;
 
+/// A joint on a ball's way through the chain.
+#[derive(Debug, Clone, Copy, Default)]
+struct Passed {
+    /// Lever of the carried ball after the nominal motion and M, before E.
+    arm: Vector3<f64>,
+    /// Sine and cosine of the nominal turn.
+    turned: (f64, f64),
+}
+
+/// A ball's way through the chain at one pose: each joint that it passes, from the bed outward.
+pub struct Way {
+    link: LinkId,
+    passed: [Passed; MAX_DEPTH],
+    /// The ball in the bed frame, mm.
+    pub at_bed: Vector3<f64>,
+}
+
 impl Geometry<'_> {
     /// Length and all its derivatives at one pose, written into `out`.
     ///
@@ -103,89 +120,73 @@ impl Geometry<'_> {
         out: &mut Sensitivity,
     ) {
         out.clear();
-        let mut pivot_way = [Vector3::zeros(); MAX_DEPTH + 1];
-        let mut spindle_way = [Vector3::zeros(); MAX_DEPTH + 1];
-        let pivot_at = self.way(pivot, positions, motion, &mut pivot_way);
-        let spindle_at = self.way(spindle, positions, motion, &mut spindle_way);
-        let bar = pivot_at - spindle_at;
+        let pivot = self.way(pivot, positions, motion);
+        let spindle = self.way(spindle, positions, motion);
+        let bar = pivot.at_bed - spindle.at_bed;
         out.length_mm = bar.norm();
         out.direction = if out.length_mm > 0.0 { bar / out.length_mm } else { Vector3::zeros() };
         let wrench = Wrench::force(out.direction);
-        out.pivot = self.pull(pivot.0, &pivot_way, wrench, positions, motion, out).force;
-        out.spindle = self.pull(spindle.0, &spindle_way, wrench.opposite(), positions, motion, out).force;
+        out.pivot = self.pull(&pivot, wrench, positions, motion, out).force;
+        out.spindle = self.pull(&spindle, wrench.opposite(), positions, motion, out).force;
     }
 
     /// All derivatives of a reading that pulls with `wrench` (in the bed frame) on the link of the second point and with the
     /// opposite one on the link of the first, both taken at the same place in space; its value is not touched.
     pub fn pulled(
         &self,
-        pivot: (LinkId, &Vector3<f64>),
-        spindle: (LinkId, &Vector3<f64>),
+        pivot: &Way,
+        spindle: &Way,
         wrench: Wrench,
         (positions, motion): (&[f64], Option<&MotionErrors>),
         out: &mut Sensitivity,
     ) {
         out.clear();
-        let mut way = [Vector3::zeros(); MAX_DEPTH + 1];
-        self.way(pivot, positions, motion, &mut way);
-        let left = self.pull(pivot.0, &way, wrench.opposite(), positions, motion, out);
+        let left = self.pull(pivot, wrench.opposite(), positions, motion, out);
         (out.pivot, out.pivot_turn) = (left.force, left.couple);
-        self.way(spindle, positions, motion, &mut way);
-        let left = self.pull(spindle.0, &way, wrench, positions, motion, out);
+        let left = self.pull(spindle, wrench, positions, motion, out);
         (out.spindle, out.spindle_turn) = (left.force, left.couple);
         out.direction = wrench.force;
     }
 
-    /// Ball in the bed frame; `way[d]` becomes its place in the frame of the link of depth d.
-    fn way(
-        &self,
-        ball: (LinkId, &Vector3<f64>),
-        positions: &[f64],
-        motion: Option<&MotionErrors>,
-        way: &mut [Vector3<f64>; MAX_DEPTH + 1],
-    ) -> Vector3<f64> {
+    /// Way of a ball through the chain at one pose.
+    #[inline]
+    pub fn way(&self, ball: (LinkId, &Vector3<f64>), positions: &[f64], motion: Option<&MotionErrors>) -> Way {
         let path = self.chain.path(ball.0);
-        way[path.len()] = *ball.1;
-        for depth in (0..path.len()).rev() {
-            let axis = path[depth];
-            way[depth] =
-                self.placed[axis].carry(&way[depth + 1], positions[axis], motion.map(|m| &m[axis]), self.composition);
+        let mut way = Way { link: ball.0, passed: [Passed::default(); MAX_DEPTH], at_bed: *ball.1 };
+        for (passed, &axis) in way.passed[..path.len()].iter_mut().zip(path).rev() {
+            let (placed, q) = (&self.placed[axis], positions[axis]);
+            let turned = placed.sine_cosine(q);
+            let arm = placed.moved(&way.at_bed, turned, motion.map(|m| &m[axis]), self.composition);
+            *passed = Passed { arm, turned };
+            way.at_bed = placed.carry(&arm, q);
         }
-        way[0]
+        way
     }
 
     /// Adds the derivatives of what a wrench pulls with for all joints of the ball's path; returns it in the ball's own link.
     fn pull(
         &self,
-        link: LinkId,
-        way: &[Vector3<f64>; MAX_DEPTH + 1],
+        way: &Way,
         wrench: Wrench,
         positions: &[f64],
         motion: Option<&MotionErrors>,
         out: &mut Sensitivity,
     ) -> Wrench {
-        let mut g = wrench;
-        for (depth, &axis) in self.chain.path(link).iter().enumerate() {
-            let placed = &self.placed[axis];
-            let q = positions[axis];
+        self.chain.path(way.link).iter().zip(&way.passed).fold(wrench, |g, (&axis, passed)| {
             let m = motion.map(|m| &m[axis]);
-            // lever of the carried ball after the nominal motion and M, before E
-            let arm = placed.moved(&way[depth + 1], q, m, self.composition);
-            g = match placed.joint.kind {
-                AxisKind::Rotary => self.pull_rotary(axis, arm, g, q, m, out),
-                AxisKind::Linear => self.pull_linear(axis, arm, g, q, m, out),
-            };
-        }
-        g
+            match self.placed[axis].joint.kind {
+                AxisKind::Rotary => self.pull_rotary(axis, passed, g, m, out),
+                AxisKind::Linear => self.pull_linear(axis, passed.arm, g, positions[axis], m, out),
+            }
+        })
     }
 
     /// Adds the derivatives of a rotary joint; returns what pulls on what carries it.
     fn pull_rotary(
         &self,
         axis: usize,
-        arm: Vector3<f64>,
+        &Passed { arm, turned: (sine, cosine) }: &Passed,
         g: Wrench,
-        q: f64,
         m: Option<&[f64; 6]>,
         out: &mut Sensitivity,
     ) -> Wrench {
@@ -203,7 +204,7 @@ impl Geometry<'_> {
         let moment = joint.direction.cross(&turned);
         out.position[axis] +=
             joint.sign * g_turned.force.dot(&moment) + joint.sign * g_turned.couple.dot(&joint.direction);
-        turn_back(&g_turned, &joint.direction, joint.sign * q)
+        turn_back(&g_turned, &joint.direction, (-sine, cosine))
     }
 
     /// Adds the derivatives of a linear joint; returns what pulls on what carries it.
@@ -268,10 +269,10 @@ fn undo_motion(arm: Vector3<f64>, g: Wrench, m: Option<&[f64; 6]>, composition: 
 }
 
 /// The pull on the carried part: `J_Rᵀ·g`.
-fn turn_back(g: &Wrench, about: &Vector3<f64>, angle: f64) -> Wrench {
+fn turn_back(g: &Wrench, about: &Vector3<f64>, back: (f64, f64)) -> Wrench {
     let turned = |vector: &Vector3<f64>| match vector.iter().all(|part| *part == 0.0) {
         true => *vector,
-        false => super::geometry::turn(vector, about, -angle),
+        false => super::geometry::turn(vector, about, back),
     };
     Wrench { force: turned(&g.force), couple: turned(&g.couple) }
 }

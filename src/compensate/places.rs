@@ -19,6 +19,12 @@ impl Compensator<'_> {
         if value(b'R').is_some_and(|angle| angle != 0.0) {
             return Err("turns the coordinates of a work offset; program the plain ones".into());
         }
+        if self.modal.is_absolute != Some(true) {
+            return Err(
+                "sets a work offset where G90 is not in force, which controls read in different ways; say G90 before"
+                    .into(),
+            );
+        }
         let number =
             value(b'P').filter(|p| (0.0..=9.0).contains(p) && p.fract() == 0.0).ok_or("has G10 L2 without P0 to P9")?;
         let system = match number as usize {

@@ -150,7 +150,9 @@ impl<'a> Compensator<'a> {
                 self.in_machine = true;
                 let outcome = self.moved(line, end, block, out);
                 self.in_machine = false;
-                return outcome;
+                outcome?;
+                self.after_tool_change(block);
+                return Ok(());
             }
             Once::Nothing if has_place || has_centre => {
                 let is_new = (self.modal.tool, self.modal.centre_point) != was_tool || self.modal.system != was_system;

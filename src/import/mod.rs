@@ -47,6 +47,7 @@ mod seen_marks;
 mod session_times;
 mod split;
 mod timing;
+mod trimmed;
 mod uncertainty;
 mod uneven;
 mod variables;

@@ -6,10 +6,10 @@ use super::capture::Capture;
 use super::course::{Course, Feeds, Pair, pairs};
 use super::error::{ImportError, RunsDiffer};
 use super::likelihood::{cost_at_rest, left_of_runs_mm, of_marks, residual_mm};
-use super::marks::{Cut, Found, cut, find};
+use super::marks::{Cut, Found, find};
 use super::other_reading::{alike, forms, other_reading};
 use super::refusals::{
-    CERTAIN, GAP_OFF_S, LONGEST_RAMP_S, allowed_mm, are_apart, may_run_between, may_wait, other_runs, refuse_at_bounds,
+    CERTAIN, GAP_OFF_S, allowed_mm, are_apart, may_run_between, may_wait, other_runs, refuse_at_bounds,
     refuse_by_marks, refuse_cut_off, refuse_other_runs,
 };
 use super::search::{
@@ -18,6 +18,7 @@ use super::search::{
 };
 use super::seen_marks::Seen;
 use super::timing::Timing;
+use super::trimmed::{within_marks, without_long_rests};
 use super::uncertainty::{Known, apart, known};
 use super::uneven::Uneven;
 use super::variables::Candidate;
@@ -69,10 +70,6 @@ const OUTSIDE_SHARE: f64 = 0.1;
 /// Share of readings that are one number to the last digit from which on the gauge read nothing: a machine that stands for as long as it
 /// runs leaves half.
 const MOST_ALIKE: f64 = 0.95;
-/// Rest that is kept before the first run and after the last, s, and as a share of a run: beyond it a bar at rest tells nothing, and
-/// averages over as much time are too long for a run.
-const REST_KEPT_S: f64 = 12.0;
-const REST_KEPT_SHARE: f64 = 0.25;
 /// Share of them from which on a capture that cannot be placed is said to have a bar that was off.
 const FEW_OUTSIDE: f64 = 0.01;
 /// Log odds against another test where marks were seen: 1 in 20. A capture whose readings speak for neither of two tests is taken
@@ -106,53 +103,13 @@ pub fn place_named(
             let Some(Cut { capture, cut_s }) = within_marks(session, among, capture, feeds) else { return Err(why) };
             placed_whole(session, among, &capture, feeds, named).map(|placed| Placement { cut_s, ..placed })
         }
-        Ok(found) => match without_long_rests(capture, &found) {
+        // between marks runs are known
+        Ok(found) if !found.by_marks => match without_long_rests(capture, &found.course, &found.timing) {
             Some(shorter) => placed_whole(session, among, &shorter, feeds, named),
             None => Ok(found),
         },
-        refused => refused,
+        outcome => outcome,
     }
-}
-
-/// The capture without what rests long before and after the runs as they were found; `None` where that is little. With marks runs
-/// are known.
-fn without_long_rests(capture: &Capture, found: &Placement) -> Option<Capture> {
-    let Placement { timing, course, by_marks, .. } = found;
-    let kept_s = REST_KEPT_S.max(REST_KEPT_SHARE * course.run_s);
-    let (from, to) = (timing.start_s[0] - kept_s, timing.start_s[1] + timing.moving_s(1, course.run_s) + kept_s);
-    let (first, last) = capture.ends_s();
-    let is_long = !by_marks && (first < from || last > to);
-    is_long.then(|| capture.between(from, to))
-}
-
-/// Most by which the times between marks may be off where they were only found, not fitted, s: twice the step of that search, for each of
-/// their ends, and what a control's rests last longer.
-const SPACING_OFF_S: f64 = 0.3;
-/// Share by which two runs of one program may take other times.
-const RUNS_OFF: f64 = 0.02;
-
-/// The capture without what lies outside of four marks and is none of a bar at rest, where they stand as a program of the session sets
-/// them.
-fn within_marks(session: &Session, among: &[Pair], capture: &Capture, feeds: Feeds) -> Option<Cut> {
-    let [slowest, fastest] = feeds.range();
-    forms(session, among).iter().find_map(|marks| {
-        let is_such = |pair: &Pair| session.tests[pair.tests[0]].marks.is_some_and(|own| alike(marks, &own));
-        let courses = pairs(session).into_iter().filter(is_such).map(|pair| Course::of(session, pair, feeds));
-        let programs: Vec<(f64, f64)> =
-            courses.flatten().filter_map(|course| course.marks.map(|own| (course.run_s, own.gap_s))).collect();
-        cut(capture, marks, feeds.range(), |[there_s, gap_s, back_s]| {
-            let is_one_program = (there_s - back_s).abs() < SPACING_OFF_S + RUNS_OFF * there_s;
-            let rests_s = 2.0 * marks.rest_s;
-            is_one_program
-                && programs.iter().any(|(run_s, own_gap_s)| {
-                    let least_s = run_s / fastest + rests_s - SPACING_OFF_S;
-                    let most_s = run_s / slowest + rests_s + LONGEST_RAMP_S + SPACING_OFF_S;
-                    [there_s, back_s].iter().all(|time_s| (least_s..most_s).contains(time_s))
-                        // two programs in one capture lie as far apart as anyone lets them
-                        && (gap_s - own_gap_s).abs() < SPACING_OFF_S
-                })
-        })
-    })
 }
 
 fn placed_whole(

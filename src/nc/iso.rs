@@ -45,7 +45,7 @@ pub(super) fn program(
     out.push_str(straight(dialect));
     out.push_str(modes(dialect));
     if dialect == Dialect::LinuxCnc {
-        out.push_str(&comment("identity kinematics: with xyzac-trt-kins switch by M429 before"));
+        out.push_str(&comment("identity kinematics: with xyzac-trt-kins or xyzbc-trt-kins switch by M429 before"));
     }
     let coupled = steps.iter().any(|step| matches!(step, Step::Move { .. } | Step::Arc { .. }));
     // corners between blocks are not rounded by more than a micrometre, centres are relative; whatever ran before. Q0: LinuxCNC

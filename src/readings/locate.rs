@@ -4,7 +4,7 @@
 //! `C·s + c = A·p + o`. A, o and s are found by turns: A and o by Kabsch's solution, s by least squares; then the target's
 //! axes B from the rotations M that were read, `C·B = A·M`.
 
-use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
+use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
 
 use super::rotation::{nearest_rotation, rotation, rotation_vector};
 use crate::statistics::median;
@@ -87,31 +87,24 @@ fn refined(sightings: &[Sighting], start: Target) -> Located {
     };
     let mut weights = vec![1.0; sightings.len()];
     let (mut axes, mut origin) = placed(sightings, &target, &weights);
-    let columns = if is_known { 6 } else { 9 };
     for _ in 0..STEPS {
         let off = |s: &Sighting| s.rotation * target + s.translation_mm - axes * s.point_mm - origin;
         let sizes: Vec<f64> = sightings.iter().map(|s| off(s).norm()).collect();
         let scale = 2.0 * median(sizes.iter().copied()).unwrap_or(0.0);
         weights = sizes.iter().map(|size| if *size > scale { scale / size } else { 1.0 }).collect();
-        let mut normal = DMatrix::<f64>::identity(columns, columns) * 1e-9;
-        let mut right = DVector::<f64>::zeros(columns);
+        let mut normal = SMatrix::<f64, 9, 9>::identity() * 1e-9;
+        let mut right = SVector::<f64, 9>::zeros();
         for (s, weight) in sightings.iter().zip(&weights) {
-            let (residual, turned) = (off(s), axes * s.point_mm);
             // off = C·s + c − exp(α)·A·p − o: columns for o, α and s
-            let cross = turned.cross_matrix();
-            let column = |k: usize| match k {
-                0..3 => -Vector3::ith(k, 1.0),
-                3..6 => cross.column(k - 3).into(),
-                _ => s.rotation.column(k - 6).into(),
-            };
-            for i in 0..columns {
-                right[i] -= weight * column(i).dot(&residual);
-                for j in 0..=i {
-                    let product = weight * column(i).dot(&column(j));
-                    normal[(i, j)] += product;
-                    normal[(j, i)] = normal[(i, j)];
-                }
+            let mut columns = SMatrix::<f64, 3, 9>::zeros();
+            columns.fixed_columns_mut::<3>(0).copy_from(&-Matrix3::identity());
+            columns.fixed_columns_mut::<3>(3).copy_from(&(axes * s.point_mm).cross_matrix());
+            if !is_known {
+                columns.fixed_columns_mut::<3>(6).copy_from(&s.rotation);
             }
+            let weighted = columns * *weight;
+            normal += weighted.transpose() * columns;
+            right -= weighted.transpose() * off(s);
         }
         // angles count at the lever of the points
         let Some(factor) = normal.cholesky() else { break };
@@ -119,10 +112,9 @@ fn refined(sightings: &[Sighting], start: Target) -> Located {
         let part = |from: usize| Vector3::new(step[from], step[from + 1], step[from + 2]);
         origin += part(0);
         axes = rotation(&part(3)) * axes;
-        if !is_known {
-            target += part(6);
-        }
-        if part(0).norm() + if is_known { 0.0 } else { part(6).norm() } < SETTLED_MM {
+        // of a known target nothing
+        target += part(6);
+        if part(0).norm() + part(6).norm() < SETTLED_MM {
             break;
         }
     }

@@ -20,7 +20,8 @@ pub fn coordinate(
     (positions, motion): (&[f64], Option<&MotionErrors>),
     out: &mut Sensitivity,
 ) {
-    let point = geometry.point(target.link, target.at, positions, motion);
+    let way = geometry.way((target.link, target.at), positions, motion);
+    let point = way.at_bed;
     let along: Vector3<f64> = instrument.axes.column(axis).into();
     let (seen, force) = match instrument.link.depth {
         0 => (point, along),
@@ -30,7 +31,8 @@ pub fn coordinate(
         }
     };
     let pulls = Wrench::force(force);
-    geometry.pulled((instrument.link, &seen), (target.link, target.at), pulls, (positions, motion), out);
+    let instrument_way = geometry.way((instrument.link, &seen), positions, motion);
+    geometry.pulled(&instrument_way, &way, pulls, (positions, motion), out);
     // a turn of the instrument about its own origin moves its axes past the point
     out.pivot_turn += (seen - instrument.at).cross(&out.pivot);
     out.length_mm = along.dot(&(seen - instrument.at));

@@ -44,7 +44,8 @@ pub fn turn(
     let about: Vector3<f64> = inverse_right_jacobian(&off).row(axis).transpose();
     let pulls = Wrench::couple(axes * about * LEVER_MM);
     let origin = Vector3::zeros();
-    geometry.pulled((instrument.link, &origin), (target.link, &origin), pulls, (positions, motion), out);
+    let way = |link| geometry.way((link, &origin), positions, motion);
+    geometry.pulled(&way(instrument.link), &way(target.link), pulls, (positions, motion), out);
     out.length_mm = -LEVER_MM * off[axis];
 }
 

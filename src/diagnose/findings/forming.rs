@@ -17,7 +17,7 @@ use crate::diagnose::selection::shapes::trajectory::{growing_outlets, growth};
 use crate::effects::CandidateFamily;
 use crate::effects::{Signature, UNKNOWN, is_a, kind, signature};
 use crate::machine::{Effect, Outlet, ParameterValue, Size};
-use crate::statistics::{rms, standard_deviation};
+use crate::statistics::rms;
 use nalgebra::DMatrix;
 use std::ops::Range;
 
@@ -276,18 +276,23 @@ fn sized(candidate: &Candidate, sizes: &[f64], model: &LinearModel) -> Vec<Effec
 }
 
 /// Tests in which the columns show, most visible first, and their rms there, µm.
-fn shows(model: &LinearModel, columns: &[Accepted], own: &[usize], regression: &Regression) -> (Vec<String>, f64) {
+pub(crate) fn shows(
+    model: &LinearModel,
+    columns: &[Accepted],
+    own: &[usize],
+    regression: &Regression,
+) -> (Vec<String>, f64) {
     let mut shares: Vec<(usize, f64)> = Vec::new();
     for test in 0..model.tests() {
-        let rows = model.residual_mm[test].len();
-        let mut sum = vec![0.0; rows];
+        let mut sum = vec![0.0; model.residual_mm[test].len()];
         for &k in own {
             let size = regression.accepted(k);
             for (total, value) in sum.iter_mut().zip(&columns[k].column.by_test[test]) {
                 *total += size * value;
             }
         }
-        shares.push((test, standard_deviation(&sum) * 1e3));
+        let kept = sum.into_iter().zip(&model.kept[test]).filter(|(_, kept)| **kept);
+        shares.push((test, rms(kept.map(|(value, _)| value)) * 1e3));
     }
     let largest = shares.iter().map(|(_, rms)| *rms).fold(0.0, f64::max);
     shares.retain(|(_, rms)| *rms > SHOWS * largest);

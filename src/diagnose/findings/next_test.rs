@@ -54,6 +54,9 @@ fn judged(
             Some((*weight, *rival, columns(rival)?))
         })
         .collect();
+    // of rivals whose traces are not at hand nothing is settled
+    let unsettled =
+        finding.rivals.iter().map(|(_, weight)| weight).sum::<f64>() - others.iter().map(|(w, ..)| w).sum::<f64>();
     // evidence for the lead against every rival with the session as it is and with one proposal each
     let gaps = |run: &[usize]| -> Vec<f64> {
         let rows = longer.rows_with(run);
@@ -85,7 +88,7 @@ fn judged(
                 .zip(now.iter().zip(&then))
                 .map(|((w, ..), (now, then))| w * (0.5 * (now - then)).exp())
                 .sum();
-            (finding.probability / (finding.probability + left), proposal.minutes(), index)
+            (finding.probability / (finding.probability + left + unsettled.max(0.0)), proposal.minutes(), index)
         })
         .collect();
     let best = judged.iter().map(|(after, ..)| *after).fold(0.0, f64::max);

@@ -14,13 +14,14 @@ use crate::statistics::NoiseModel;
 pub struct Proposal {
     pub says: String,
     pub tests: Vec<Test>,
+    /// When the session ends, s.
+    after_s: f64,
 }
 
 impl Proposal {
-    /// Time on the machine, minutes.
+    /// Time until its last test ends, with its pauses, minutes.
     pub fn minutes(&self) -> f64 {
-        let ends = self.tests.iter().filter_map(|test| test.recording.as_ref()?.time_s()?.last().copied());
-        ends.map(|end| end + BETWEEN_S).sum::<f64>() / 60.0
+        (self.tests.iter().map(ends_at_s).fold(self.after_s, f64::max) - self.after_s) / 60.0
     }
 }
 
@@ -97,25 +98,30 @@ impl Longer<'_> {
 
 /// Candidate tests with the balls and bars that the session has mounted, and these tests again at other feeds.
 pub fn proposals(session: &Session, again_named: &[String]) -> Vec<Proposal> {
-    let ends = session.tests.iter().map(ends_at_s).fold(0.0, f64::max);
+    let mut latest_first: Vec<&Test> = session.tests.iter().collect();
+    latest_first.sort_by(|one, other| ends_at_s(one).total_cmp(&ends_at_s(other)));
+    latest_first.reverse();
+    let after_s = latest_first.first().map_or(0.0, |latest| ends_at_s(latest));
     let mut list = Vec::new();
     for test in again_named.iter().filter_map(|name| session.tests.iter().find(|t| t.name == *name)).take(REPEATED) {
         for (factor, words) in [(0.25, "a quarter of the feed"), (4.0, "four times the feed")] {
             list.push(Proposal {
                 says: format!("{} again at {words}", test.name),
-                tests: vec![again(test, factor, ends + BETWEEN_S)],
+                tests: vec![again(test, factor, after_s + BETWEEN_S)],
+                after_s,
             });
         }
     }
     // what has drifted or slipped shows where nothing was remounted
-    if let Some(first) = session.tests.first() {
+    if let Some(latest) = latest_first.first() {
         list.push(Proposal {
-            says: format!("{} again after half an hour's rest, nothing remounted", first.name),
-            tests: vec![again(first, 1.0, ends + PAUSE_S)],
+            says: format!("{} again after half an hour's rest, nothing remounted", latest.name),
+            tests: vec![again(latest, 1.0, after_s + PAUSE_S)],
+            after_s,
         });
     }
     let mut mounts: Vec<&Test> = Vec::new();
-    for test in session.tests.iter().rev() {
+    for test in latest_first {
         let same = |other: &&Test| {
             other.pivot == test.pivot
                 && other.spindle_ball == test.spindle_ball
@@ -126,8 +132,8 @@ pub fn proposals(session: &Session, again_named: &[String]) -> Vec<Proposal> {
         }
     }
     for mount in mounts.into_iter().take(MOUNTS) {
-        following(session, mount, ends, &mut list);
-        circles(session, mount, ends, &mut list);
+        following(session, mount, after_s, &mut list);
+        circles(session, mount, after_s, &mut list);
     }
     list
 }
@@ -154,7 +160,7 @@ fn again(test: &Test, factor: f64, at_s: f64) -> Test {
 }
 
 /// Sweeps of every rotary axis with the linear axes following.
-fn following(session: &Session, mount: &Test, ends: f64, list: &mut Vec<Proposal>) {
+fn following(session: &Session, mount: &Test, after_s: f64, list: &mut Vec<Proposal>) {
     let machine = &session.machine;
     for (axis, entry) in machine.axes.iter().enumerate().filter(|(_, axis)| axis.kind == AxisKind::Rotary) {
         let (from, to) = entry.range.map_or((-180.0, 180.0), |(from, to)| {
@@ -169,13 +175,13 @@ fn following(session: &Session, mount: &Test, ends: f64, list: &mut Vec<Proposal
                 entry.name,
                 mount_words(mount)
             );
-            list.extend(both_ways(session, mount, ends, sweep(from, to), sweep(to, from), &[], says));
+            list.extend(both_ways(session, mount, after_s, sweep(from, to), sweep(to, from), &[], says));
         }
     }
 }
 
 /// Planar circles of every pair of linear axes, at two feeds.
-fn circles(session: &Session, mount: &Test, ends: f64, list: &mut Vec<Proposal>) {
+fn circles(session: &Session, mount: &Test, after_s: f64, list: &mut Vec<Proposal>) {
     let machine = &session.machine;
     let linear: Vec<usize> = machine.axes_of(AxisKind::Linear).collect();
     let radius_mm = mount.nominal_bar_mm();
@@ -191,7 +197,7 @@ fn circles(session: &Session, mount: &Test, ends: f64, list: &mut Vec<Proposal>)
                 machine.axes[second].name,
                 mount_words(mount)
             );
-            list.extend(both_ways(session, mount, ends, circle(0.0, 360.0), circle(360.0, 0.0), &[0.25], says));
+            list.extend(both_ways(session, mount, after_s, circle(0.0, 360.0), circle(360.0, 0.0), &[0.25], says));
         }
     }
 }
@@ -207,14 +213,14 @@ fn mount_words(mount: &Test) -> String {
 fn both_ways(
     session: &Session,
     mount: &Test,
-    ends: f64,
+    after_s: f64,
     there: Path,
     back: Path,
     feeds: &[f64],
     says: String,
 ) -> Option<Proposal> {
     let mut tests = Vec::new();
-    let mut at_s = ends + BETWEEN_S;
+    let mut at_s = after_s + BETWEEN_S;
     for (way, path) in [("there", there), ("back", back)] {
         let mut test = Test {
             name: format!("next {says} {way}"),
@@ -234,7 +240,7 @@ fn both_ways(
             tests.push(one);
         }
     }
-    Some(Proposal { says, tests })
+    Some(Proposal { says, tests, after_s })
 }
 
 /// Positions of a path as a recording would hold them, lengths at the bar's; `None` outside the axes' ranges.

@@ -102,7 +102,8 @@ pub(crate) fn size_together(
     let sub = DMatrix::from_fn(columns.len(), columns.len(), |one, other| {
         covariance[(nuisance + columns[one], nuisance + columns[other])]
     });
-    let courses = Trajectories::of_all(model, parts.iter().map(|(part, _)| *part));
+    let main = |part: &Candidate| main_terms(model, &part.effect, cause, &part.terms);
+    let courses = Trajectories::of_all(model, parts.iter().map(|(part, _)| (*part, main(part))));
     let value_at = |amplitudes: &[f64]| courses.largest(cause, amplitudes);
     let value = value_at(&amplitudes);
     let sigma = first_order(&value_at, &amplitudes, &sub).hypot(form_error(model, &parts[0].0.effect) * value);

@@ -101,30 +101,29 @@ fn poses(model: &LinearModel) -> Vec<Vec<usize>> {
     Poses::of(model).of_row
 }
 
-/// The run of every row, numbered through all tests: a new one with every test and every reversal of the axis.
+/// The run of every row, numbered through all tests by time: a new one with every test and every reversal of the axis.
 fn runs(model: &LinearModel, axis: Option<usize>) -> Vec<Vec<usize>> {
     let mut next = 0;
-    (0..model.tests())
-        .map(|test| {
-            let positions: Vec<f64> = axis.map_or(Vec::new(), |axis| model.context.motion(test).axis(axis).collect());
-            let mut sense = 0.0;
-            let mut last = None;
-            let list = (0..model.residual_mm[test].len()).map(|row| {
-                if let (Some(&here), Some(before)) = (positions.get(row), last) {
-                    let step: f64 = here - before;
-                    if step.abs() > STANDSTILL {
-                        next += usize::from(sense * step < 0.0);
-                        sense = step.signum();
-                    }
+    let mut run_of_row = vec![Vec::new(); model.tests()];
+    for &test in model.context.order() {
+        let positions: Vec<f64> = axis.map_or(Vec::new(), |axis| model.context.motion(test).axis(axis).collect());
+        let mut sense = 0.0;
+        let mut last = None;
+        let of_row = |row: usize| {
+            if let (Some(&here), Some(before)) = (positions.get(row), last) {
+                let step: f64 = here - before;
+                if step.abs() > STANDSTILL {
+                    next += usize::from(sense * step < 0.0);
+                    sense = step.signum();
                 }
-                last = positions.get(row).copied();
-                next
-            });
-            let list: Vec<usize> = list.collect();
-            next += 1;
-            list
-        })
-        .collect()
+            }
+            last = positions.get(row).copied();
+            next
+        };
+        run_of_row[test] = (0..model.residual_mm[test].len()).map(of_row).collect();
+        next = run_of_row[test].last().map_or(next, |last| last + 1);
+    }
+    run_of_row
 }
 
 /// Number of runs in which any of the columns is not zero.

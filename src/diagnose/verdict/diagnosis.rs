@@ -142,7 +142,7 @@ impl Diagnosis {
         let placebos = placebos(fine, &findings, &columns, &search.noise_after);
         let transfers = transfers(fine, setups, &findings, &columns, &search.noise_after);
         let left = is_static.then(|| Left::of(fine, &Poses::of(fine), &left_mm)).flatten();
-        let noise_um = if is_static { left.map(|left| left.readings_um) } else { Some(1e3 * noise_mm) };
+        let found_noise_um = if is_static { left.map(|left| left.readings_um) } else { Some(1e3 * noise_mm) };
         let tests = before_and_after(fit, left_mm);
         let (rms_before_um, rms_after_um) = match &fault {
             Some(fault) if fault.after_um.is_finite() => (fault.before_um, fault.after_um),
@@ -153,10 +153,10 @@ impl Diagnosis {
         // what is left is neither noise nor known: it may have moved any of them
         location_errors.iter_mut().for_each(|moved| moved.determined &= exceeded_um.is_none());
         // fast physics that counted as noise is none where readings repeat far better
-        let noise_to_judge_um = exceeded_um.or(noise_um);
+        let noise_um = exceeded_um.or(found_noise_um);
         let verdict = match fault {
             Some(_) => Verdict::DataFault,
-            None => verdict(&fine.thresholds, &findings, rms_after_um, noise_to_judge_um, proof.as_ref()),
+            None => verdict(&fine.thresholds, &findings, rms_after_um, noise_um, proof.as_ref()),
         };
         // what puts a ball or bar where it does not stand is not explained
         let verdict =

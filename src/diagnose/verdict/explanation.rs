@@ -69,7 +69,7 @@ pub(crate) fn explain<'g, 'a>(
         listen(fine, families, search, &mut told, &mut proof, noise_um);
     }
     propose(layout, search, &mut told.findings);
-    tell_as_one(fine, &mut told.findings, &mut proof);
+    tell_as_one(fine, (&told.columns, &told.regression), &mut told.findings, &mut proof);
     (told, proof)
 }
 
@@ -110,6 +110,8 @@ fn confirm<'g, 'a>(
     noise_um: f64,
 ) -> CrossValidation {
     let most_mm = fine.thresholds.explained * told.rms_mm(fine);
+    // what predicts nothing stays only where something surely is there
+    let most_of_refuted_mm = most_mm.max(1e-3 * fine.thresholds.surely_more * noise_um);
     let mut dropped: Vec<usize> = Vec::new();
     for (index, finding) in told.findings.iter().enumerate().rev() {
         // what the folds found under other names predicts as well
@@ -126,6 +128,7 @@ fn confirm<'g, 'a>(
             .chain(search.beside.iter().cloned())
             .collect();
         let left_mm = Regression::new(fine, &search.noise_after, &without, &fine.kept).residual_mm(&without);
+        let most_mm = if proof.findings[index].is_refuted { most_of_refuted_mm } else { most_mm };
         if mean_square(fine, &left_mm).sqrt() <= most_mm {
             dropped.extend(&finding.columns);
         }

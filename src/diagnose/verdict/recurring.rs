@@ -3,7 +3,9 @@
 
 use crate::diagnose::cause::Cause;
 use crate::diagnose::findings::finding::{Finding, RangeFound};
+use crate::diagnose::findings::forming::shows;
 use crate::diagnose::model::linear_model::LinearModel;
+use crate::diagnose::model::regression::{Accepted, Regression};
 use crate::diagnose::selection::naming::component_name;
 use crate::diagnose::validation::cross_validation::CrossValidation;
 use crate::effects::{Driver, UNKNOWN};
@@ -23,7 +25,12 @@ struct Passage {
 
 /// Tells several jumps as one motion of an axis where each comes as that axis moves and some come back at the same place of
 /// it in another sweep; the jumps stay as what draws that motion.
-pub(crate) fn tell_as_one(model: &LinearModel, findings: &mut Vec<Finding>, proof: &mut Option<CrossValidation>) {
+pub(crate) fn tell_as_one(
+    model: &LinearModel,
+    (columns, regression): (&[Accepted], &Regression),
+    findings: &mut Vec<Finding>,
+    proof: &mut Option<CrossValidation>,
+) {
     if findings.len() < 2 || !findings.iter().all(|finding| finding.single) {
         return;
     }
@@ -83,12 +90,7 @@ pub(crate) fn tell_as_one(model: &LinearModel, findings: &mut Vec<Finding>, proo
     whole.effects = jumps.iter().flat_map(|jump| jump.effects.clone()).collect();
     whole.columns = jumps.iter().flat_map(|jump| jump.columns.clone()).collect();
     whole.gain = jumps.iter().map(|jump| jump.gain).sum();
-    whole.tests.clear();
-    for test in jumps.iter().flat_map(|jump| &jump.tests) {
-        if !whole.tests.contains(test) {
-            whole.tests.push(test.clone());
-        }
-    }
+    (whole.tests, whole.rms_um) = shows(model, columns, &whole.columns, regression);
     (whole.cause, whole.range, whole.single, whole.next_test) = (cause, Some(range), false, None);
     findings.push(whole);
     if let Some(proof) = proof {

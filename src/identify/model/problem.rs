@@ -193,6 +193,7 @@ impl<'a> Problem<'a> {
     }
 
     /// Derivative of a test's reading by an unknown that it sees, of displacements without their shape.
+    #[inline]
     pub fn derivative(&self, test: usize, unknown: usize, s: &Sensitivity) -> f64 {
         match self.unknowns[unknown].quantity {
             Quantity::Location { axis, component } => s.location[axis][component.index()],

@@ -209,12 +209,13 @@ fn direction_figures(session: &Session, run: &CircleRun) -> DirectionFigures {
 
 /// Largest difference of the two directions' radii at the same angle, mm.
 fn hysteresis_mm(runs: &[CircleRun]) -> Option<f64> {
-    let [one, other] = runs else { return None };
-    one.angle_rad
-        .iter()
-        .zip(&one.deviation_mm)
-        .filter_map(|(&angle, deviation)| Some((deviation - other.deviation_at(angle)?).abs()))
-        .fold(None, |largest: Option<f64>, difference| Some(largest.map_or(difference, |l| l.max(difference))))
+    let [there, back] = runs else { return None };
+    let differences = |own: &CircleRun, other: &CircleRun| -> Vec<f64> {
+        let at = |(&angle, deviation): (&f64, &f64)| Some((deviation - other.deviation_at(angle)?).abs());
+        own.angle_rad.iter().zip(&own.deviation_mm).filter_map(at).collect()
+    };
+    // at the angles of both: which was listed first says nothing
+    [differences(there, back), differences(back, there)].into_iter().flatten().reduce(f64::max)
 }
 
 /// Sign with which the gauge's squareness error opens the angle between the plane's positive directions.

@@ -28,7 +28,7 @@ impl<'a> Evaluation<'a> {
     pub(crate) fn repeat_indexed(&self, choice: &mut Choice<'a>, about: usize) {
         let mut posterior = Posterior::before(&self.context.unknowns);
         choice.chosen.iter().for_each(|&k| posterior.add(&choice.entries[k].block));
-        let mut minutes: f64 = choice.chosen.iter().map(|&k| self.run_minutes(&choice.entries[k])).sum();
+        let mut minutes = self.reached(choice).minutes;
         let first: Vec<usize> = choice.chosen.clone();
         let mut repeated: HashSet<usize> = HashSet::new();
         loop {

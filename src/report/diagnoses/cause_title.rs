@@ -48,7 +48,7 @@ pub fn what_mistake(kind: FaultKind, place: &str, components: &[String]) -> Stri
         FaultKind::BothDirections => "a recording holds both directions".into(),
         FaultKind::GaugeStuck => "the gauge stuck".into(),
         FaultKind::StrokeEnd => "the bar reached the end of its stroke".into(),
-        FaultKind::SessionTime => "tests overlap in time".into(),
+        FaultKind::SessionTime => "times of tests contradict each other".into(),
         FaultKind::Feed => "the ball moves at another speed than stated".into(),
         FaultKind::TimeShift => "times are shifted against the positions".into(),
     };

@@ -75,12 +75,19 @@ pub(super) fn finer_than_a_gauge(session: &Session) -> Option<DataFault> {
     (DIVIDED_MM.contains(&own_mm) && session.tests.iter().all(is_deviation)).then_some(fault)
 }
 
-/// Noise from row to row of a recording in time, mm; `None` where no reading differs from the others.
+/// Third differences from which a recording's noise is known: neighbours share readings, so that thirty say as much as ten that
+/// share none, which know it to a fifth.
+const LEAST_DIFFERENCES: usize = 30;
+
+/// Noise from row to row of a recording in time, mm; `None` where no reading differs from the others, and where they are few.
 fn scatter_mm(test: &Test) -> Option<f64> {
     let recording = test.recording.as_ref().filter(|recording| recording.time_s().is_some())?;
     let third = third_differences(&recording.length_mm);
     // the largest tenth may be gross; equal readings count, which a median would take for no noise
     let mut sizes: Vec<f64> = third.filter(|third| third.is_finite()).map(f64::abs).collect();
+    if sizes.len() < LEAST_DIFFERENCES {
+        return None;
+    }
     sizes.sort_by(f64::total_cmp);
     sizes.truncate(9 * sizes.len() / 10);
     let mean = mean(sizes.into_iter()).filter(|mean| *mean > 0.0)?;

@@ -130,21 +130,27 @@ pub(super) fn other_speed(session: &Session) -> Option<DataFault> {
         .collect();
     let (first, (speed, ratio)) = *struck.first()?;
     let tests: Vec<String> = struck.iter().map(|(test, _)| test.name.clone()).collect();
+    // only tests off by as much have the same unit
+    let is_alike = |(_, (_, other)): &&(&Test, (f64, f64))| (other / ratio - 1.0).abs() < AS_BY_UNIT;
+    let alike = || struck.iter().filter(is_alike).map(|(test, _)| *test);
     let by_unit = TIME_UNITS.into_iter().find(|(_, factor)| (ratio / factor - 1.0).abs() < AS_BY_UNIT);
     if let Some((unit, _)) = by_unit.filter(|_| first.feed_mm_per_min.is_some()) {
+        let tests: Vec<String> = alike().map(|test| test.name.clone()).collect();
         let says = format!("times of {} are in {unit}: convert the column time_s to seconds", listed(&tests));
         let mut fault = DataFault::seen(FaultKind::Unit, RECORDER, tests, says);
         fault.components = vec!["time".into()];
         return Some(fault);
     }
-    let axis =
-        first.recording.as_ref().and_then(|recording| recording.axes.first()).map(|&axis| &session.machine.axes[axis]);
+    let moving = |test: &Test| test.recording.as_ref().and_then(|recording| recording.axes.first().copied());
+    let axis = moving(first).map(|axis| &session.machine.axes[axis]);
     // the speed that positions in another unit seem to give over the true one is the inverse of its size
     let in_turns = |kind: AxisKind| (kind == AxisKind::Rotary).then_some(OtherUnit::TURNS);
     let units = |kind: AxisKind| [Some(unit_instead(kind).0), in_turns(kind)].into_iter().flatten();
     let is_as_in = |unit: &OtherUnit| (ratio * unit.size - 1.0).abs() < AS_BY_UNIT;
     if let Some((axis, unit)) = axis.and_then(|axis| Some((axis, units(axis.kind).find(is_as_in)?))) {
         let (name, unit, due) = (&axis.name, unit.name, axis.kind.position_unit());
+        let of_axis = alike().filter(|test| moving(test) == moving(first));
+        let tests: Vec<String> = of_axis.map(|test| test.name.clone()).collect();
         let says = format!("{name} is in {unit} in {}: convert the column to {due}", listed(&tests));
         let mut fault = DataFault::seen(FaultKind::Unit, RECORDER, tests, says);
         fault.components = vec![name.clone()];

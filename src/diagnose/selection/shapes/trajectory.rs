@@ -153,7 +153,8 @@ fn grown((low, high): (f64, f64), settles: bool) -> f64 {
 
 /// Course of every motion over the readings, summed over the shapes (display units).
 fn growth_courses(model: &LinearModel, parts: &[(&Candidate, Vec<f64>)]) -> Vec<(Outlet, Vec<f64>)> {
-    let courses = Trajectories::of_all(model, parts.iter().map(|(part, _)| *part));
+    let all = |part: &Candidate| (0..part.terms.len()).collect();
+    let courses = Trajectories::of_all(model, parts.iter().map(|(part, _)| (*part, all(part))));
     let amplitudes: Vec<f64> = parts.iter().flat_map(|(_, sizes)| sizes.iter().copied()).collect();
     courses.by_outlet.into_iter().map(|(outlet, terms)| (outlet, course(&terms, &amplitudes))).collect()
 }
@@ -220,12 +221,16 @@ impl Trajectories {
         Trajectories { by_outlet, positions, travel, ..empty }
     }
 
-    /// The courses of several shapes of one place, which add; amplitudes are those of the first shape, then of the next.
-    pub(crate) fn of_all<'s>(model: &LinearModel, shapes: impl Iterator<Item = &'s Candidate>) -> Trajectories {
+    /// The courses of several shapes of one place, which add, by some terms of each; amplitudes are those of all terms of the
+    /// first shape, then of the next.
+    pub(crate) fn of_all<'s>(
+        model: &LinearModel,
+        shapes: impl Iterator<Item = (&'s Candidate, Vec<usize>)>,
+    ) -> Trajectories {
         let mut all = Trajectories::default();
         let mut first = 0;
-        for shape in shapes {
-            let terms: Vec<usize> = (0..shape.terms.len()).collect();
+        for (shape, terms) in shapes {
+            all.settles |= settles(&shape.effect);
             for (outlet, parts) in Trajectories::of(model, shape, &terms).by_outlet {
                 let parts = parts.into_iter().map(|(k, rows)| (first + k, rows));
                 match all.by_outlet.iter_mut().find(|(other, _)| *other == outlet) {
@@ -233,7 +238,7 @@ impl Trajectories {
                     None => all.by_outlet.push((outlet, parts.collect())),
                 }
             }
-            first += terms.len();
+            first += shape.terms.len();
         }
         all
     }
