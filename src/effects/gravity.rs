@@ -114,10 +114,14 @@ fn sags(seen: &Observations) -> Vec<CandidateFamily> {
     let of_axis = |axis| {
         let d = directions(seen.machine(), axis);
         let mut outlets = motion(axis, &[d.across[0], d.across[1], d.tilts[0], d.tilts[1]]);
-        outlets.push(Outlet::own(seen.machine(), axis));
-        let whole = CandidateFamily::new(GRAVITY_SAG.name, Place::Axis(axis), outlets, 30.0);
+        let own = vec![Outlet::own(seen.machine(), axis)];
+        outlets.extend(&own);
+        let new = |outlets| CandidateFamily::new(GRAVITY_SAG.name, Place::Axis(axis), outlets, 30.0);
+        let whole = new(outlets);
+        // a drive that winds up turns its axis alone; of poses the arms' sags hold that
+        let wound_up = seen.context.has_sweeps().then(|| CandidateFamily { functions: LINEAR, ..new(own) });
         // a body that bends in its own frame adds products of gravity's components
-        [CandidateFamily { functions: LINEAR, ..whole.clone() }, whole]
+        wound_up.into_iter().chain([CandidateFamily { functions: LINEAR, ..whole.clone() }, whole])
     };
     turning.flat_map(of_axis).collect()
 }

@@ -28,7 +28,9 @@ mod gravity;
 mod harmonics;
 mod history;
 mod imbalance;
+mod inertia;
 mod load_frame;
+mod local_error;
 mod memory;
 mod moment;
 mod mount_drift;
@@ -76,6 +78,7 @@ pub static KINDS: &[&Kind] = &[
     &harmonics::ROTARY_ERROR_MOTION,
     &asynchronous::ASYNCHRONOUS_ERROR_MOTION,
     &harmonics::CYCLIC_ERROR,
+    &local_error::LOCAL_ERROR,
     &imbalance::IMBALANCE,
     &surface_form::SURFACE_FORM,
     &beat::BEAT,
@@ -92,6 +95,7 @@ pub static KINDS: &[&Kind] = &[
     &timing::SERVO_LAG,
     &arrival::ARRIVAL_LAG,
     &timing::RADIUS_LOSS,
+    &inertia::INERTIA_DEFLECTION,
     &timing::TRIGGER_LATENCY,
     &slip::PIVOT_SLIP,
     &slip::BALL_SLIP,

@@ -130,7 +130,7 @@ fn power(ratio: f64, degree: f64) -> f64 {
     ratio.powi(degree.round() as i32)
 }
 
-fn raised_cosine(from_centre: f64, half_width: f64, skew: f64) -> f64 {
+pub(super) fn raised_cosine(from_centre: f64, half_width: f64, skew: f64) -> f64 {
     let half = if from_centre < 0.0 { half_width * (1.0 + skew) } else { half_width * (1.0 - skew) };
     if from_centre.abs() < half { (1.0 + (PI * from_centre / half).cos()) / 2.0 } else { 0.0 }
 }

@@ -28,6 +28,7 @@ pub use least_squares::{fit, identify};
 pub use model::error::FitError;
 pub use model::options::Options;
 pub use model::problem::{Prediction, PreparedTest, Problem};
+pub(crate) use model::slides::squareness_within;
 pub use model::unknowns::{FreeError, FreePrior, Quantity, Unknown, default_free, parse_free, unknowns};
 pub(crate) use outliers::kept_rows;
 pub use senses::{MovedError, SenseTest, TurnedSense, turned_senses};

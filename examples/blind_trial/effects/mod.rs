@@ -1,8 +1,10 @@
 //! The concealed causes: each a law in the time domain that moves balls, axes or readings; no identification.
 
 pub mod backlash;
-pub mod drifting;
+pub mod dirt;
+mod drifting;
 mod gauges;
+mod leaning;
 mod not_returning;
 pub mod periodic;
 mod seats;
@@ -78,6 +80,8 @@ pub const KINDS: &[(&str, f64, bool, Drawer)] = &[
     ("asynchronous-error-motion", 0.0, true, not_returning::cage),
     ("repeatability", 0.0, true, not_returning::returns_elsewhere),
     ("axis-shift", 0.0, true, not_returning::gives_way),
+    ("local-positioning-error", 0.0, true, dirt::on_a_scale),
+    ("inertia-deflection", 0.0, true, leaning::back),
 ];
 
 /// Undisturbed rows of a session.

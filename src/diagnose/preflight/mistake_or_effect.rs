@@ -20,7 +20,7 @@ use crate::diagnose::selection::selected::{Search, SelectedEffect};
 use crate::diagnose::selection::two_resolutions::at_two_resolutions;
 use crate::diagnose::thresholds::Thresholds;
 use crate::effects::Context;
-use crate::identify::{self, FitError, Options, Problem};
+use crate::identify::{self, FitError, Options, Problem, squareness_within};
 use crate::session::{Session, Setups};
 use crate::statistics::{NoiseModel, log_determinant, probability_of};
 use nalgebra::{Cholesky, DMatrix};
@@ -259,7 +259,10 @@ fn explained(
     };
     let chain = Chain::of(&session.machine);
     let setups = Setups::of(session);
-    let problem = Problem::new(session, &chain, &setups, fitted_anyway(session, options, &setups))?;
+    let mut unknowns = fitted_anyway(session, options, &setups);
+    // balls that stand elsewhere in every program take up what slides that are not square leave, which is neither mistake nor effect
+    unknowns.extend(squareness_within(&session.machine.linear_axes, &session.machine, &unknowns));
+    let problem = Problem::new(session, &chain, &setups, unknowns)?;
     let fit = match identify::fit(&problem) {
         Ok(fit) => fit,
         Err(FitError::NoConvergence) => return Ok(None),

@@ -398,11 +398,12 @@ impl DataFault {
     }
 
     /// Whether an effect says of some tests what this mistake does: a clock that is late in them, a ball that slipped where a zero
-    /// moved or an axis stood elsewhere, or balls of a program that stand elsewhere, as lost motion or growth looks in the tests that alone
-    /// show it.
+    /// moved, an axis stood elsewhere or balls were mounted anew, or balls of a program that stand elsewhere, as lost motion or growth
+    /// looks in the tests that alone show it.
     fn looks_like_an_effect(&self) -> bool {
         let is_of_some = [FaultKind::TimeShift, FaultKind::ReadingZero].contains(&self.kind) && !self.tests.is_empty();
-        let is_of_a_place = [FaultKind::StandingAxis, FaultKind::ColumnShifted].contains(&self.kind);
+        let is_of_a_place =
+            [FaultKind::StandingAxis, FaultKind::ColumnShifted, FaultKind::MountedAnew].contains(&self.kind);
         let may_be_a_slip = is_of_a_place && self.before_um < OF_PHYSICS_UM;
         is_of_some || may_be_a_slip || self.kind == FaultKind::ForeignFile
     }

@@ -4,6 +4,7 @@ use crate::diagnose::model::linear_model::LinearModel;
 use crate::diagnose::model::regression::{Accepted, Regression};
 use crate::diagnose::selection::naming::cause;
 use crate::diagnose::selection::selected::Search;
+use crate::effects::{Signature, is_a};
 use crate::identify::Problem;
 use crate::machine::{AxisKind, Effect};
 use crate::statistics::{NoiseModel, probability_of};
@@ -66,7 +67,7 @@ impl WithinClass {
     }
 
     /// Log evidence that an effect keeps beside the others and beside linear axes within their class; `None` for what is itself an
-    /// error of a linear axis.
+    /// error of a linear axis, but for its straightness: of that the class tells how much is no wear.
     fn left_of(
         &self,
         model: &LinearModel,
@@ -76,7 +77,8 @@ impl WithinClass {
     ) -> Option<f64> {
         let machine = model.context.machine();
         let is_of_slide = effect.place.axis().is_some_and(|axis| machine.axes[axis].kind == AxisKind::Linear);
-        if self.columns.is_empty() || is_of_slide || columns[own].is_empty() {
+        let is_other_error = is_of_slide && !is_a(&effect.kind, Signature::Straightness);
+        if self.columns.is_empty() || is_other_error || columns[own].is_empty() {
             return None;
         }
         let others = (0..columns.len()).filter(|k| *k != own).flat_map(|k| columns[k].iter().cloned());

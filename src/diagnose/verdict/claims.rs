@@ -112,7 +112,9 @@ impl Proven<'_> {
     fn most_predicted(&self, thresholds: &Thresholds, first: &Finding) -> f64 {
         let proof = self.proof.filter(|_| !first.escapes());
         let share = proof.and_then(|proof| proof.carried_over(self.rms_um, self.noise_um));
-        share.filter(|share| *share < thresholds.explains_most).map_or(1.0, |share| share.max(0.0))
+        // no less than where no fold confirms anything
+        let least = HeldOut::default().most_probable();
+        share.filter(|share| *share < thresholds.explains_most).map_or(1.0, |share| share.max(least))
     }
 }
 

@@ -100,22 +100,7 @@ impl Slides {
 
     /// Squareness and displacements as unknowns; location errors in `free` are unknowns already.
     pub fn unknowns(&self, machine: &Machine, budget: &LinearAxes, free: &[Unknown]) -> Vec<Unknown> {
-        let is_free = |quantity: &Quantity| free.iter().any(|unknown| unknown.quantity == *quantity);
-        let mut list = Vec::new();
-        let square = squareness(machine).into_iter().filter(|_| budget.squareness_rad > 0.0);
-        for name in square {
-            let Some(axis) = machine.axis_index(&name.axis) else { continue };
-            let quantity = Quantity::Location { axis, component: name.component };
-            if !is_free(&quantity) {
-                list.push(Unknown {
-                    quantity,
-                    label: name.to_string(),
-                    measure: Measure::Angle,
-                    prior_sigma: budget.squareness_rad,
-                    prior_mean: machine.axes[axis].location_errors[name.component.index()],
-                });
-            }
-        }
+        let mut list = squareness_within(budget, machine, free);
         for (axis, shapes) in self.by_axis.iter().enumerate() {
             let per_length = budget.per_length(&machine.axes[axis].direction);
             for direction in (0..3).filter(|&k| per_length[k] > 0.0) {
@@ -189,4 +174,21 @@ fn looks(motion: &Motion, axis: usize) -> Vec<f64> {
 /// Lowest and highest position of an axis in a motion.
 fn travel(motion: &Motion, axis: usize) -> (f64, f64) {
     motion.axis(axis).fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), q| (low.min(q), high.max(q)))
+}
+
+/// Squareness of the linear axes as unknowns within their budget, but for those in `free`, which are unknowns already.
+pub fn squareness_within(budget: &LinearAxes, machine: &Machine, free: &[Unknown]) -> Vec<Unknown> {
+    let is_free = |quantity: &Quantity| free.iter().any(|unknown| unknown.quantity == *quantity);
+    let as_unknown = |name: ErrorName| {
+        let axis = machine.axis_index(&name.axis)?;
+        let quantity = Quantity::Location { axis, component: name.component };
+        (!is_free(&quantity)).then(|| Unknown {
+            quantity,
+            label: name.to_string(),
+            measure: Measure::Angle,
+            prior_sigma: budget.squareness_rad,
+            prior_mean: machine.axes[axis].location_errors[name.component.index()],
+        })
+    };
+    squareness(machine).into_iter().filter(|_| budget.squareness_rad > 0.0).filter_map(as_unknown).collect()
 }
