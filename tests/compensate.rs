@@ -677,6 +677,7 @@ fn what_is_not_understood_is_refused_with_its_line() {
         ("G5 X1 Y1 I1 J1", "curve"),
         ("G43.1 X5 Z20", "across its axis"),
         ("G91 G53 G0 Z50", "G53 in G91"),
+        ("G91 G10 L2 P1 X5", "G90 is not in force"),
         ("G38.2 Z-5 F10", "probe"),
         ("/G1 X1 F100", "switch"),
         ("G1 B5 F100", "no such axis"),

@@ -21,6 +21,7 @@ mod control_parameters;
 mod derivatives;
 mod deviations;
 mod diagnose_concealed;
+mod diagnose_local;
 mod diagnose_output;
 mod diagnose_parts;
 mod diagnose_seats;

@@ -58,6 +58,13 @@ fn circles_index_methods_and_empty_plans_hold_it_too() {
 }
 
 #[test]
+fn a_plan_with_an_indexed_spindle_keeps_its_time() {
+    let json = planned(&root("machines/hermle-c600u.yaml"), &["--minutes", "20", "--index-spindle"]);
+    assert!(!json["tests"].as_array().unwrap().is_empty());
+    assert!(json["minutes"].as_f64().unwrap() <= 20.0, "{}", json["minutes"]);
+}
+
+#[test]
 fn the_schema_refuses_what_is_not_in_the_contract() {
     let mut wrong = planned(&root("machines/hermle-c600u.yaml"), &["--method", "chapter5"]);
     wrong["minutes"] = "thirty".into();
