@@ -4,16 +4,16 @@
 //! `E = s (1 + cos 2π(q − c)/w) / 2` within w/2 of the centre c, zero outside; on a rotary axis q − c is the nearest way round. With
 //! a skew k the rising half is `w (1 + k) / 2` wide and the falling one `w (1 − k) / 2`.
 
-use super::candidates::{CandidateFamily, Observations, Refined, none, with_number};
+use super::candidates::{CandidateFamily, Observations, Refined, none};
 use super::context::Profile;
 use super::contract::{
     DefaultValue, Documented, Driver, Kind, Notable, Parameter, ParameterUnit, Signature, Unseen, no_check,
     plain_measure,
 };
 use super::showing_test::{ShowingTest, ShownBy};
-use super::straightness::raised_cosine;
+use super::straightness::{SKEW, bumps, raised_cosine};
 use super::{Context, EffectError};
-use crate::machine::{AxisKind, Effect, Outlet, ParameterValue, Place};
+use crate::machine::{AxisKind, Effect, Outlet, Place};
 use std::f64::consts::{PI, TAU};
 
 /// Positioning error about one position.
@@ -35,7 +35,7 @@ pub static LOCAL_ERROR: Kind = Kind {
     form_error: 0.07,
     needs_runs: false,
     signature: Signature::Straightness,
-    candidates: bumps,
+    candidates: local_errors,
     candidates_of_poses: none,
     documented: Documented {
         place: "any axis",
@@ -59,13 +59,7 @@ pub static LOCAL_ERROR: Kind = Kind {
             (1e-3, 1e5),
             "width between its feet, mm or deg",
         ),
-        Parameter::number(
-            "skew",
-            ParameterUnit::Plain,
-            DefaultValue::Number(0.0),
-            (-0.9, 0.9),
-            "how much wider the rising half is than half the width",
-        ),
+        SKEW,
     ],
     check: no_check,
     outlets: |machine, place| match place {
@@ -92,7 +86,7 @@ const PLAUSIBLE: f64 = 30.0;
 /// Widths that are tried, as shares of the way.
 const WIDTHS: [f64; 5] = [0.5, 0.25, 0.12, 0.06, 0.03];
 
-fn bumps(seen: &Observations) -> Vec<CandidateFamily> {
+fn local_errors(seen: &Observations) -> Vec<CandidateFamily> {
     // single poses stand on few positions of a joint: a bump would fit what is left of any of them
     if !seen.context.has_sweeps() {
         return Vec::new();
@@ -108,15 +102,8 @@ fn of_axis(seen: &Observations, axis: usize, (from, to): (f64, f64)) -> Candidat
         AxisKind::Rotary => (to - from).min(TAU),
         AxisKind::Linear => to - from,
     };
-    let mut grid = Vec::new();
-    for width in WIDTHS.map(|share| share * span) {
-        let mut centre = from;
-        while centre < from + span {
-            let bump = with_number(LOCAL_ERROR.name, place, "centre", centre);
-            grid.push(bump.with("width", ParameterValue::Number(width)));
-            centre += width / 4.0;
-        }
-    }
+    let widths = WIDTHS.map(|share| share * span);
+    let grid = bumps(LOCAL_ERROR.name, place, from, &widths, |centre| centre < from + span);
     let shape = vec![
         Refined::number("centre", (from - 0.1 * span, from + 1.1 * span), 0.02 * span),
         Refined::number("width", (0.01 * span, span), 0.03 * span),

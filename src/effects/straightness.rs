@@ -16,6 +16,15 @@ use crate::machine::{AxisKind, Component, Effect, Machine, Outlet, ParameterValu
 use crate::units::Measure;
 use std::f64::consts::PI;
 
+/// Skew of a bump.
+pub(super) const SKEW: Parameter = Parameter::number(
+    "skew",
+    ParameterUnit::Plain,
+    DefaultValue::Number(0.0),
+    (-0.9, 0.9),
+    "how much wider the rising half is than half the width",
+);
+
 /// Straightness, pitch, yaw and roll of a slide.
 pub static STRAIGHTNESS: Kind = Kind {
     name: "straightness",
@@ -58,13 +67,7 @@ pub static STRAIGHTNESS: Kind = Kind {
             (1e-3, 1e5),
             "width of the bump between its feet, mm",
         ),
-        Parameter::number(
-            "skew",
-            ParameterUnit::Plain,
-            DefaultValue::Number(0.0),
-            (-0.9, 0.9),
-            "how much wider the rising half is than half the width",
-        ),
+        SKEW,
         Parameter::list("degrees", ParameterUnit::Plain, DefaultValue::Absent, (1.0, 9.0), "powers of position"),
         Parameter::number(
             "half_travel",
@@ -145,18 +148,29 @@ fn bumps_and_bows(seen: &Observations) -> Vec<CandidateFamily> {
     seen.displaced_slides().flat_map(|(axis, ends)| of_slide(seen.machine(), axis, ends)).collect()
 }
 
-/// Bumps and bows of a slide in each component beside its own motion, over the way on which it was.
-fn of_slide(machine: &Machine, axis: usize, (from, to): (f64, f64)) -> Vec<CandidateFamily> {
-    let (place, span) = (Place::Axis(axis), to - from);
+/// Bumps of these widths, a quarter of their width apart, from a first centre on as long as their centres are inside.
+pub(super) fn bumps(
+    kind: &str,
+    place: Place,
+    first: f64,
+    widths: &[f64],
+    is_inside: impl Fn(f64) -> bool,
+) -> Vec<Effect> {
     let mut grid = Vec::new();
-    for width in WIDTHS.map(|share| share * span) {
-        let mut centre = from;
-        while centre <= to + 1e-9 {
-            let bump = with_number(STRAIGHTNESS.name, place, "centre", centre);
-            grid.push(bump.with("width", ParameterValue::Number(width)));
+    for &width in widths {
+        let mut centre = first;
+        while is_inside(centre) {
+            grid.push(with_number(kind, place, "centre", centre).with("width", ParameterValue::Number(width)));
             centre += width / 4.0;
         }
     }
+    grid
+}
+
+/// Bumps and bows of a slide in each component beside its own motion, over the way on which it was.
+fn of_slide(machine: &Machine, axis: usize, (from, to): (f64, f64)) -> Vec<CandidateFamily> {
+    let (place, span) = (Place::Axis(axis), to - from);
+    let grid = bumps(STRAIGHTNESS.name, place, from, &WIDTHS.map(|share| share * span), |centre| centre <= to + 1e-9);
     let with_slope: Vec<Effect> =
         grid.iter().map(|bump| bump.clone().with(SLOPE, ParameterValue::Word("yes".into()))).collect();
     let shape = vec![
