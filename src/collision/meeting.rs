@@ -82,7 +82,7 @@ impl World {
             let mut stays_beyond =
                 |limit_mm| matches!(self.over_travel(one, other, machine, limit_mm, &mut poses), Over::Apart);
             stays_beyond(margin_mm)
-                || self.most_apart(one, other, machine).is_some_and(|most_mm| most_mm < margin_mm)
+                || self.most_apart(one, other, machine).is_some_and(|most_mm| most_mm < margin_mm + CONTACT_MM)
                     && stays_beyond(CONTACT_MM)
         };
         let pairs = self.pairs.iter().copied().filter(|pair| !settled(pair)).collect();

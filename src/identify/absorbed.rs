@@ -15,8 +15,13 @@ use crate::statistics::{Absorbed, principal};
 /// Share of the absorbed variance that may be left out.
 const LEFT_OUT_SHARE: f64 = 1e-3;
 
-/// Absorbed noise of the tests for which `counts` holds, those with the same rows pooled.
-pub fn absorbed(problem: &Problem, solution: &Solution, kept: &[Vec<bool>], tests: &[usize]) -> Vec<Absorbed> {
+/// Absorbed noise of some tests, those with the same rows and intervals pooled.
+pub fn absorbed(
+    problem: &Problem,
+    solution: &Solution,
+    kept: &[Vec<bool>],
+    (tests, intervals): (&[usize], &[f64]),
+) -> Vec<Absorbed> {
     let count = problem.unknowns.len();
     let with_prior = &solution.information + DMatrix::identity(count, count);
     let Some(covariance) = Cholesky::new(with_prior).map(|factor| factor.inverse()) else { return Vec::new() };
@@ -28,22 +33,23 @@ pub fn absorbed(problem: &Problem, solution: &Solution, kept: &[Vec<bool>], test
             spread(problem, test, jacobian, &kept[test], &covariance)
         })
         .collect();
-    let mut groups: Vec<(&Vec<bool>, Vec<&DMatrix<f64>>)> = Vec::new();
+    let mut groups: Vec<((&Vec<bool>, f64), Vec<&DMatrix<f64>>)> = Vec::new();
     for (&test, columns) in tests.iter().zip(&columns) {
-        match groups.iter_mut().find(|(rows, _)| *rows == &kept[test]) {
+        let rows = (&kept[test], intervals[test]);
+        match groups.iter_mut().find(|(known, _)| *known == rows) {
             Some((_, list)) => list.push(columns),
-            None => groups.push((&kept[test], vec![columns])),
+            None => groups.push((rows, vec![columns])),
         }
     }
     groups
         .into_iter()
-        .map(|(present, list)| {
+        .map(|((present, interval), list)| {
             let views: Vec<_> = list.iter().flat_map(|matrix| matrix.column_iter()).collect();
             let stacked =
                 if views.is_empty() { DMatrix::zeros(present.len(), 0) } else { DMatrix::from_columns(&views) };
             let few = significant(&stacked);
             let columns = few.column_iter().map(|column| column.iter().copied().collect()).collect();
-            Absorbed { present: present.clone(), columns }
+            Absorbed { present: present.clone(), interval, columns }
         })
         .collect()
 }

@@ -20,10 +20,13 @@ pub fn recordings(
         // the second direction comes from the far end of the run
         let (enter, leave) = if direction == 0 { (begin, end) } else { (course.run_s - end, course.run_s - begin) };
         let begins_s = timing.time_at(direction, enter, course.run_s);
+        // an arc may end where the run does: at rest the axes stay there
+        let rests_s = timing.start_s[direction] + timing.moving_s(direction, course.run_s);
         let rows: Vec<usize> = (0..capture.time_s.len())
             .filter(|&row| {
                 let gone = gone(capture.time_s[row]);
-                gone >= enter && gone <= leave && capture.time_s[row] > timing.start_s[direction]
+                let runs = capture.time_s[row] > timing.start_s[direction] && capture.time_s[row] <= rests_s;
+                runs && gone >= enter && gone <= leave
             })
             .collect();
         let along = |row: usize| match direction {

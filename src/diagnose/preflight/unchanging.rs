@@ -1,5 +1,7 @@
 //! Tests in which hardly anything changes where balls and a machine in order let expect micrometres: an axis that did not turn, a bar out of its
 //! cup, a centre that software took off. No fit shows it, for a machine without errors explains such readings best of all.
+//! Machine and session may state what an earlier fit found, and then predict what changes: where the readings themselves change as they may,
+//! nothing is doubted.
 //!
 //! With `D` the derivatives of a test's lengths by ball places and location errors, each times what it usually is and without its mean, and
 //! `D = U S Wᵀ`, deviations `v` have `uⱼ·v` of standard deviation `Sⱼ`. The two largest tell how little would change by chance.
@@ -85,27 +87,30 @@ fn chance_of_so_little(problem: &Problem, test: usize, usual: &[f64]) -> Option<
         let mean = column.mean();
         column.add_scalar_mut(-mean);
     });
-    let mut changed = DVector::from_iterator(rows.len(), rows.iter().map(|&row| prediction.residual_mm[row]));
+    let recorded = &problem.session.tests[test].recording.as_ref()?.length_mm;
+    let left = DVector::from_iterator(rows.len(), rows.iter().map(|&row| prediction.residual_mm[row]));
+    let read = DVector::from_iterator(rows.len(), rows.iter().map(|&row| recorded[row]));
     // computed lengths may be those of a machine without errors
-    if !is_read(changed.as_slice()) {
+    if !is_read(left.as_slice()) {
         return None;
     }
-    let mean = changed.mean();
-    changed.add_scalar_mut(-mean);
     let directions = due.tr_mul(&due).symmetric_eigen();
-    let along = due.tr_mul(&changed);
-    let mut told: Vec<(f64, f64)> = directions
+    let mut ways: Vec<(f64, DVector<f64>)> = directions
         .eigenvalues
         .iter()
         .zip(directions.eigenvectors.column_iter())
         .filter(|(square, _)| **square > 0.0)
-        .map(|(square, direction)| (square.sqrt(), direction.dot(&along).abs() / square.sqrt()))
+        .map(|(square, direction)| (square.sqrt(), &due * direction / square.sqrt()))
         .collect();
-    told.sort_by(|a, b| b.0.total_cmp(&a.0));
-    let [first, second] = told.get(..2)? else { return None };
-    let share = |(due, seen): &(f64, f64)| erf(seen / (due * std::f64::consts::SQRT_2)).max(f64::MIN_POSITIVE);
-    let both = share(first) * share(second);
-    // the product of two numbers that lie evenly between 0 and 1
-    let chance = both * (1.0 - both.ln());
-    Some((chance, first.0 * (2.0 / rows.len() as f64).sqrt()))
+    ways.sort_by(|a, b| b.0.total_cmp(&a.0));
+    let [first, second] = ways.get(..2)? else { return None };
+    let chance = |changed: &DVector<f64>| {
+        let share = |(due, way): &(f64, DVector<f64>)| {
+            erf(way.dot(changed).abs() / (due * std::f64::consts::SQRT_2)).max(f64::MIN_POSITIVE)
+        };
+        let both = share(first) * share(second);
+        // the product of two numbers that lie evenly between 0 and 1
+        both * (1.0 - both.ln())
+    };
+    Some((chance(&left).max(chance(&read)), first.0 * (2.0 / rows.len() as f64).sqrt()))
 }

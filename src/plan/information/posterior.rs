@@ -24,7 +24,15 @@ pub struct Posterior {
 impl Posterior {
     /// Before any test.
     pub fn before(unknowns: &Unknowns) -> Posterior {
-        let covariance = DMatrix::from_diagonal(&DVector::from_column_slice(&unknowns.prior_variance));
+        let mut covariance = DMatrix::from_diagonal(&DVector::from_column_slice(&unknowns.prior_variance));
+        for own_line in &unknowns.along_own_lines {
+            // shifts have one prior, and turns have: what is left is the part across the line
+            for &(one, of_one) in own_line {
+                for &(other, of_other) in own_line {
+                    covariance[(one, other)] -= of_one * of_other * unknowns.prior_variance[one];
+                }
+            }
+        }
         let priors = unknowns.prior_variance.clone();
         let is_fitted_setup = vec![false; priors.len()];
         Posterior {

@@ -34,6 +34,9 @@ pub struct Unknowns {
     /// Place of the first of them among the errors.
     first_of_pivot: usize,
     pub(crate) prior_variance: Vec<f64>,
+    /// Of inclined rotary axes: a shift along the own line, and a turn about it, as parts of the errors. No reading shows them, so the errors
+    /// are counted without.
+    pub(super) along_own_lines: Vec<Vec<(usize, f64)>>,
     uncertainty: Uncertainty,
     /// What the linear axes may be off, by the machine file.
     linear: LinearAxes,
@@ -71,6 +74,7 @@ impl Unknowns {
             pivot_length: Vec::new(),
             first_of_pivot: 0,
             prior_variance: Vec::new(),
+            along_own_lines: Vec::new(),
             uncertainty,
             linear,
         };
@@ -78,6 +82,7 @@ impl Unknowns {
             false => uncertainty.wanted_mm,
             true => uncertainty.wanted_rad,
         });
+        unknowns.find_own_lines(machine);
         unknowns.first_of_pivot = unknowns.errors.len();
         unknowns.push_pivot_length(machine);
         unknowns.wanted = unknowns.errors.len();
@@ -112,6 +117,23 @@ impl Unknowns {
         }
     }
 
+    /// Shifts along and turns about the own lines of inclined rotary axes, among the errors so far.
+    fn find_own_lines(&mut self, machine: &Machine) {
+        for (axis, entry) in machine.axes.iter().enumerate().filter(|(_, entry)| entry.coordinate_direction().is_none())
+        {
+            for of_turns in [false, true] {
+                let own =
+                    self.errors.iter().enumerate().filter(|(_, (of, component, _))| {
+                        *of == axis && Component::ALL[*component].is_angle() == of_turns
+                    });
+                let parts = |(place, (_, component, _)): (usize, &(usize, usize, ErrorName))| {
+                    (place, entry.direction[Component::ALL[*component].direction_index()])
+                };
+                self.along_own_lines.push(own.map(parts).collect());
+            }
+        }
+    }
+
     /// The vector from the last head axis to the spindle, across the axis, where its spread says that it is not known.
     fn push_pivot_length(&mut self, machine: &Machine) {
         let length_mm = self.uncertainty.spread.pivot_length_mm;
@@ -133,9 +155,11 @@ impl Unknowns {
         self.linear
     }
 
-    /// Prior standard deviation of an error, mm or rad.
+    /// Prior standard deviation of an error, mm or rad; of an inclined axis that of its part across the own line.
     pub fn prior(&self, error: usize) -> f64 {
-        self.prior_variance[error].sqrt()
+        let along = self.along_own_lines.iter().flatten().filter(|(place, _)| *place == error);
+        let across: f64 = 1.0 - along.map(|(_, part)| part * part).sum::<f64>();
+        (self.prior_variance[error] * across).sqrt()
     }
 
     /// The same with the linear axes known exactly: square, and standing where they are told to.

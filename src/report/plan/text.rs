@@ -114,6 +114,15 @@ fn add_errors(out: &mut String, plan: &Plan, machine: &Machine, settings: &Setti
             error.reason
         );
     }
+    for axis in machine.axes_of(AxisKind::Rotary).map(|axis| &machine.axes[axis]) {
+        if axis.coordinate_direction().is_none() {
+            let _ = writeln!(
+                out,
+                "{} is inclined: its errors are counted across its line, for a shift along it and a turn about it change no length; 'identify' tells them together.",
+                axis.name
+            );
+        }
+    }
     if let Some(axis) = machine.spindle_axis().map(|axis| &machine.axes[axis].name) {
         let _ = match settings.uncertainty.spread.pivot_length_mm > 0.0 {
             true => writeln!(

@@ -1,0 +1,58 @@
+//! Sets of real recordings: where their machine, their session and their rows are.
+
+use std::path::{Path, PathBuf};
+
+use fiveaxis::load::load_session;
+use fiveaxis::session::Session;
+
+/// A set of real recordings.
+pub struct Set {
+    pub name: &'static str,
+    /// Folder of machine and session within `examples/real`.
+    folder: &'static str,
+    /// File of the rows in the folder of the data; none: they are part of the project.
+    rows: Option<&'static str>,
+    /// Rows of a block.
+    pub block: usize,
+    /// What a fit by an expert reached on other rows, mm.
+    pub by_hand_mm: &'static str,
+}
+
+/// All of them.
+pub const SETS: [Set; 12] = [
+    shipped("positioner", "positioner", 5, "0.278"),
+    shipped("ur10-d", "ur10-d", 5, "0.356"),
+    with_rows("ur10-b", "ur10-d", "ur10/series_b.csv", "0.380"),
+    with_rows("ur10-c", "ur10-d", "ur10/series_c.csv", "0.469"),
+    with_rows("iiwa-0kg", "rows-elsewhere/iiwa7", "iiwa7/run_0kg.csv", "0.334"),
+    with_rows("iiwa-1.25kg", "rows-elsewhere/iiwa7", "iiwa7/run_1.25kg.csv", "0.347"),
+    with_rows("iiwa-2.5kg", "rows-elsewhere/iiwa7", "iiwa7/run_2.5kg.csv", "0.349"),
+    with_rows("iiwa-november", "rows-elsewhere/iiwa7", "iiwa7/run_nov.csv", "0.296"),
+    shipped("panda-1", "sockets-panda/panda-1", 3, "0.413"),
+    shipped("panda-3", "sockets-panda/panda-3", 3, "0.159"),
+    with_rows("jaibot", "rows-elsewhere/jaibot", "jaibot/flat.csv", "2.38"),
+    with_rows("justin", "rows-elsewhere/justin", "justin/points.csv", "3.12 (mean, published)"),
+];
+
+const fn shipped(name: &'static str, folder: &'static str, block: usize, by_hand_mm: &'static str) -> Set {
+    Set { name, folder, rows: None, block, by_hand_mm }
+}
+
+const fn with_rows(name: &'static str, folder: &'static str, rows: &'static str, by_hand_mm: &'static str) -> Set {
+    Set { name, folder, rows: Some(rows), block: 5, by_hand_mm }
+}
+
+impl Set {
+    /// Its session with all rows; `None` where the rows are not in the folder of the data.
+    pub fn session(&self, data: &Path) -> Option<Session> {
+        let folder = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("examples/real").join(self.folder);
+        let Some(rows) = self.rows else { return Some(load_session(&folder.join("session.yaml")).expect("a session")) };
+        let rows = std::fs::read(data.join(rows)).ok()?;
+        let together = tempfile::tempdir().expect("a folder");
+        for name in ["machine.yaml", "session.yaml"] {
+            std::fs::copy(folder.join(name), together.path().join(name)).expect("a copy");
+        }
+        std::fs::write(together.path().join("points.csv"), rows).expect("a copy");
+        Some(load_session(&together.path().join("session.yaml")).expect("a session"))
+    }
+}
