@@ -1190,3 +1190,51 @@ fn a_refused_capture_writes_nothing_and_ends_with_3() {
     assert_eq!(json["error"]["kind"], "data fault");
     assert!(!Path::new(&out).exists());
 }
+
+/// An axis that ends its arc at the end of its travel has no run-out: what is read while it rests there is none of the arc.
+#[test]
+fn readings_at_rest_are_left_out_where_the_arc_ends_with_the_travel() {
+    let scratch = tempfile::tempdir().unwrap();
+    let write = |name: &str, text: &str| std::fs::write(scratch.path().join(name), text).unwrap();
+    write(
+        "machine.yaml",
+        "name: mill\ncode: \"[wCBbXYZt]\"\ndirections: iso841\naxes:\n  B: {range: [-110, 110]}\n  C: {range: [-360, 360]}\n",
+    );
+    let test = |name: &str, from: f64, to: f64| {
+        format!(
+            "  - name: {name}\n    bar_length: 100\n    pivot: {{link: C, at: [100, 0, 0]}}\n    spindle_ball: {{link: Z, at: [0, 0, 0]}}\n    positions: {{X: 0, Y: 0, Z: 0, B: 0}}\n    feed: 1000\n    sweep: {{axis: C, from: {from}, to: {to}, step: 1}}\n"
+        )
+    };
+    write(
+        "session.yaml",
+        &format!("machine: machine.yaml\ntests:\n{}{}", test("there", 0.0, 360.0), test("back", 360.0, 0.0)),
+    );
+    // 3 s of rest, a turn at 1000 mm/min with 0.1 s to come to speed, 2 s of rest, the turn back, 8 s of rest
+    let turn_s = 60.0 * std::f64::consts::TAU * 100.0 / 1000.0;
+    let gone = |since_s: f64| {
+        let [whole, ramp] = [turn_s + 0.1, 0.1];
+        let rising = |t: f64| if t < ramp { 0.5 * t * t / ramp } else { t - 0.5 * ramp };
+        let t = since_s.clamp(0.0, whole);
+        (if t < whole - ramp { rising(t) } else { turn_s - 0.5 * (whole - t).powi(2) / ramp }) / turn_s
+    };
+    let mut capture = String::from("time_s,deviation_um\n");
+    let back_s = 3.0 + turn_s + 0.1 + 2.0;
+    for row in 0..((back_s + turn_s + 8.0) * 50.0) as usize {
+        let time_s = row as f64 / 50.0;
+        let angle = std::f64::consts::TAU * (gone(time_s - 3.0) - gone(time_s - back_s));
+        let noise = 0.1 * ((row * 7919 % 101) as f64 / 50.0 - 1.0);
+        capture += &format!("{time_s:.2},{:.1}\n", 12.0 * angle.cos() - 20.0 * angle.sin() + noise);
+    }
+    write("capture.csv", &capture);
+    let path = |name: &str| scratch.path().join(name).to_str().unwrap().to_string();
+    let output = std::process::Command::new(env!("CARGO_BIN_EXE_fiveaxis"))
+        .args(["import", &path("capture.csv"), "--session", &path("session.yaml"), "--out", &path("run")])
+        .output()
+        .unwrap();
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    for name in ["run/there.csv", "run/back.csv"] {
+        let rows = std::fs::read_to_string(scratch.path().join(name)).unwrap().lines().count() - 1;
+        // a hundred rows more would be the rest between the turns
+        assert!((rows as f64 - 50.0 * (turn_s + 0.1)).abs() < 40.0, "{name}: {rows} rows");
+    }
+}

@@ -31,6 +31,7 @@ mod effects;
 mod formats_doc;
 mod gallery;
 mod hidden_causes;
+mod hidden_rows;
 mod history;
 mod house;
 mod identify_json;

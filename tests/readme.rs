@@ -42,11 +42,12 @@ fn difference(printed: &str, shown: &str) -> Option<String> {
 }
 
 #[test]
-fn commands_print_what_the_page_on_plans_shows() {
+fn commands_print_what_the_pages_on_plans_and_diagnosis_show() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
-    let text = std::fs::read_to_string(root.join("docs/plan.md")).unwrap();
-    let consoles = blocks(&text, "console");
-    assert!(consoles.len() >= 2);
+    let of_page = |page: &str| blocks(&std::fs::read_to_string(root.join("docs").join(page)).unwrap(), "console");
+    let (plans, diagnoses) = (of_page("plan.md"), of_page("diagnosis.md"));
+    assert!(plans.len() >= 2 && !diagnoses.is_empty());
+    let consoles = [plans, diagnoses].concat();
     for console in consoles {
         let (command, shown) = console.split_once('\n').unwrap();
         let arguments = command.strip_prefix("$ fiveaxis ").expect(command).split_whitespace();

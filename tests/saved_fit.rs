@@ -116,3 +116,24 @@ fn a_fit_is_not_saved_over_its_own_input() {
     assert!(String::from_utf8_lossy(&output.stderr).contains("is an input of this command and is not overwritten"));
     assert_eq!(std::fs::read(&session).unwrap(), before);
 }
+
+/// A machine file that holds what was found predicts what changes in the readings: they are believed as before.
+#[test]
+fn what_was_determined_is_determined_in_the_saved_session_too() {
+    let scratch = tempfile::tempdir().unwrap();
+    let gallery = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/gallery/07-nothing-wrong/session.yaml");
+    for (index, session) in [chapter5(), gallery].iter().enumerate() {
+        let saved = scratch.path().join(format!("saved-{index}"));
+        let determined = |arguments: &[&str]| -> Vec<(String, bool)> {
+            let output = fiveaxis(arguments);
+            assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+            let json: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+            let errors = json["location_errors"].as_object().unwrap();
+            errors.iter().map(|(name, error)| (name.clone(), error["determined"].as_bool().unwrap())).collect()
+        };
+        let before = determined(&["identify", text(session), "--json", "--save", text(&saved)]);
+        let after = determined(&["identify", text(&saved.join("session.yaml")), "--json"]);
+        assert!(before.iter().filter(|(_, is_so)| *is_so).count() >= 5, "{before:?}");
+        assert_eq!(before, after, "{}", session.display());
+    }
+}

@@ -19,7 +19,7 @@ pub struct Set {
 }
 
 /// All of them.
-pub const SETS: [Set; 12] = [
+pub const SETS: [Set; 11] = [
     shipped("positioner", "positioner", 5, "0.278"),
     shipped("ur10-d", "ur10-d", 5, "0.356"),
     with_rows("ur10-b", "ur10-d", "ur10/series_b.csv", "0.380"),
@@ -31,7 +31,6 @@ pub const SETS: [Set; 12] = [
     shipped("panda-1", "sockets-panda/panda-1", 3, "0.413"),
     shipped("panda-3", "sockets-panda/panda-3", 3, "0.159"),
     with_rows("jaibot", "rows-elsewhere/jaibot", "jaibot/flat.csv", "2.38"),
-    with_rows("justin", "rows-elsewhere/justin", "justin/points.csv", "3.12 (mean, published)"),
 ];
 
 const fn shipped(name: &'static str, folder: &'static str, block: usize, by_hand_mm: &'static str) -> Set {
@@ -47,7 +46,7 @@ impl Set {
     pub fn session(&self, data: &Path) -> Option<Session> {
         let folder = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("examples/real").join(self.folder);
         let Some(rows) = self.rows else { return Some(load_session(&folder.join("session.yaml")).expect("a session")) };
-        let rows = std::fs::read(data.join(rows)).ok()?;
+        let rows = numbers(&std::fs::read_to_string(data.join(rows)).ok()?);
         let together = tempfile::tempdir().expect("a folder");
         for name in ["machine.yaml", "session.yaml"] {
             std::fs::copy(folder.join(name), together.path().join(name)).expect("a copy");
@@ -55,4 +54,19 @@ impl Set {
         std::fs::write(together.path().join("points.csv"), rows).expect("a copy");
         Some(load_session(&together.path().join("session.yaml")).expect("a session"))
     }
+}
+
+/// A table without its columns of words; a column of positions is named after its axis alone.
+fn numbers(text: &str) -> String {
+    let rows: Vec<Vec<&str>> = text.lines().map(|line| line.split(',').collect()).collect();
+    let is_number = |cell: &str| cell.is_empty() || cell.parse::<f64>().is_ok();
+    let is_kept = |column: usize| rows.iter().skip(1).all(|row| row.get(column).is_none_or(|cell| is_number(cell)));
+    let kept: Vec<usize> = (0..rows.first().map_or(0, Vec::len)).filter(|&column| is_kept(column)).collect();
+    let line = |row: &Vec<&str>| {
+        let cells: Vec<&str> = kept.iter().filter_map(|&column| row.get(column).copied()).collect();
+        cells.join(",") + "\n"
+    };
+    let text: String = rows.iter().map(line).collect();
+    // accelerations that are named after the column are no positions of it
+    text.replacen(",column_mm,", ",lift_mm,", 1)
 }

@@ -40,6 +40,19 @@ const LEAST_POINTS: usize = 4;
 /// Days of a month for rates.
 const MONTH: f64 = 30.0;
 
+/// What changed between the first and the last of few sessions, in words.
+fn from_first_to_last(error: &ErrorHistory) -> String {
+    match (error.points.first(), error.points.last()) {
+        (Some(first), Some(last)) if error.points.len() > 1 => format!(
+            "{:+.2} ± {:.2} {} from first to last; a course is told from {LEAST_POINTS} sessions on",
+            last.value - first.value,
+            first.sigma.hypot(last.sigma),
+            error.unit
+        ),
+        _ => format!("one session; a course is told from {LEAST_POINTS} on"),
+    }
+}
+
 /// The course in words.
 fn course(error: &ErrorHistory, report: &HistoryReport) -> String {
     let date = |day: f64| {
@@ -47,7 +60,7 @@ fn course(error: &ErrorHistory, report: &HistoryReport) -> String {
         at.map_or_else(String::new, |k| report.sessions[k].0.clone())
     };
     match error.trend.course {
-        Course::Steady if error.points.len() < LEAST_POINTS => "too few sessions to tell".into(),
+        Course::Steady if error.points.len() < LEAST_POINTS => from_first_to_last(error),
         Course::Steady => "steady".into(),
         Course::Drift { per_day, sigma } => {
             format!("drifts by {:+.2} ± {:.2} {} a month", per_day * MONTH, sigma * MONTH, error.unit)

@@ -168,7 +168,9 @@ fn ball_label(role: &str, ball: &Ball) -> String {
         return format!("{role} on {}{tag}", ball.link);
     }
     let tag = ball.setup.as_ref().map(|tag| format!(" ({tag})")).unwrap_or_default();
-    format!("{role} on {} at ({}, {}, {}){tag}", ball.link, ball.at.x, ball.at.y, ball.at.z)
+    // a tenth of a micrometre: places that a fit saved have all digits
+    let [x, y, z] = [ball.at.x, ball.at.y, ball.at.z].map(|mm| (mm * 1e4).round() / 1e4 + 0.0);
+    format!("{role} on {} at ({x}, {y}, {z}){tag}", ball.link)
 }
 
 fn bar_label(length_mm: f64, test: &Test) -> String {

@@ -16,6 +16,9 @@ use super::{Refusal, solids};
 
 /// Arguments of `clearance`.
 #[derive(Args)]
+#[command(
+    after_help = "Example: fiveaxis plan machines/hermle-c600u.yaml --out plan, then fiveaxis clearance plan/session.yaml"
+)]
 pub struct Arguments {
     /// Session file; its machine file has bodies
     session: PathBuf,

@@ -24,9 +24,7 @@ use crate::verbs::output::progress::Working;
 
 /// Arguments of `identify`.
 #[derive(Args)]
-#[command(
-    after_help = "Example: fiveaxis identify examples/thesis/chapter5/session.yaml --free rotary,squareness --json"
-)]
+#[command(after_help = "Example: fiveaxis identify examples/thesis/chapter5/session.yaml --free rotary --json")]
 pub struct Arguments {
     /// Session file
     session: PathBuf,

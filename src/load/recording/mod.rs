@@ -93,7 +93,7 @@ impl Parsed {
         refuse_many_rows(file, text)?;
         let lines = || text.lines().enumerate().filter(|(_, line)| !line.trim().is_empty());
         let Some((first, header)) =
-            lines().take(PREAMBLE_LINES).find(|(_, line)| is_header(line, wanted)).or(lines().next())
+            lines().take(PREAMBLE_LINES + 1).find(|(_, line)| is_header(line, wanted)).or(lines().next())
         else {
             return Err(LoadError::file(
                 file,

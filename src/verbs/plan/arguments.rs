@@ -8,6 +8,7 @@ use crate::verbs::options::directions::DirectionsName;
 
 /// Arguments of `plan`.
 #[derive(Args)]
+#[command(after_help = "Example: fiveaxis plan machines/hermle-c600u.yaml --out plan")]
 pub struct Arguments {
     /// Machine file with bodies, mounts and spindle
     pub(crate) machine: PathBuf,
