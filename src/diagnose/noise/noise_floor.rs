@@ -2,7 +2,7 @@
 
 use crate::statistics::{
     NOISE_FLOOR_MM, NoiseModel, ResidualTrace, Whitener, add_products, fit_noise, log_determinant, mean, median,
-    minimise_smooth, misfit, relative_intervals, rms,
+    minimise_smooth, misfit, rms,
 };
 use nalgebra::{Cholesky, DMatrix, DVector};
 
@@ -60,21 +60,10 @@ fn traces_by_noise(model: &LinearModel, residual_mm: &[Vec<f64>]) -> Vec<Trace> 
     let standing_out = lines(model, residual_mm).into_iter().filter(|line| line.prominence > STANDS_OUT);
     let loud_hz: Vec<f64> = standing_out.take(MOST_LINES).map(|line| line.hz).collect();
     let time = |test: usize| model.context.motion(test).time_s.as_deref().unwrap_or_default();
-    let intervals = intervals(model);
-    let trace = |test: usize| {
-        let residual = ResidualTrace { residual_mm: masked(model, residual_mm, test), interval: intervals[test] };
-        Trace::new(residual, time(test), &loud_hz)
-    };
-    let mut traces: Vec<Trace> = sweeps.map(trace).collect();
+    let mut traces: Vec<Trace> =
+        sweeps.map(|test| Trace::new(masked(model, residual_mm, test), time(test), &loud_hz)).collect();
     traces.sort_by(|a, b| a.rough_mm.total_cmp(&b.rough_mm));
     traces
-}
-
-/// Intervals between the readings of each test over those of the middle one.
-fn intervals(model: &LinearModel) -> Vec<f64> {
-    let times: Vec<Option<&[f64]>> =
-        (0..model.tests()).map(|test| model.context.motion(test).time_s.as_deref()).collect();
-    relative_intervals(&times)
 }
 
 /// How many of the quieter traces a share of all is.
@@ -117,12 +106,7 @@ fn noise_of(model: &LinearModel, residual_mm: &[Vec<f64>], chosen: &[&Trace]) ->
     let mut noise = fit(chosen);
     noise.drift_mm = DRIFT_SHARE * noise.rms_mm();
     noise.offset_mm = OFFSET_SHARE * noise.rms_mm();
-    let intervals = intervals(model);
-    let of_test = |test: usize| match model.context.motion(test).time_s.is_some() {
-        true => noise.at_interval(intervals[test]),
-        false => poses,
-    };
-    (0..residual_mm.len()).map(of_test).collect()
+    (0..residual_mm.len()).map(|test| if model.context.motion(test).time_s.is_some() { noise } else { poses }).collect()
 }
 
 /// The same noise with an offset of each test of a share of the rest at least.
@@ -159,23 +143,19 @@ pub fn likely_noise(
     start: &[NoiseModel],
     floor: &[NoiseModel],
 ) -> Vec<NoiseModel> {
-    let intervals = intervals(model);
-    let is_sweep = |test: &usize| model.context.motion(*test).time_s.is_some();
-    let (sweeps, poses): (Vec<usize>, Vec<usize>) = (0..residual_mm.len()).partition(is_sweep);
-    let of_poses = poses.iter().flat_map(|&test| masked(model, residual_mm, test));
-    let white = NoiseModel::white(rms(of_poses).max(NOISE_FLOOR_MM));
-    // of all tests as if their readings lay as far apart as those of the middle one
-    let alike = |noise: &[NoiseModel], test: usize| noise[test].at_interval(1.0 / intervals[test]);
-    let trace =
-        |&test: &usize| ResidualTrace { residual_mm: masked(model, residual_mm, test), interval: intervals[test] };
-    let traces: Vec<ResidualTrace> = sweeps.iter().map(trace).collect();
-    let floor: Vec<NoiseModel> = (0..floor.len()).map(|test| alike(floor, test)).collect();
-    let sweep = match sweeps.first() {
-        Some(&first) => likeliest(&traces, Some(alike(start, first)), &floor),
-        None => white,
-    };
-    let of_test = |test: usize| if is_sweep(&test) { sweep.at_interval(intervals[test]) } else { white };
-    (0..residual_mm.len()).map(of_test).collect()
+    let mut sweeps = Vec::new();
+    let mut poses = Vec::new();
+    for test in 0..residual_mm.len() {
+        let masked = masked(model, residual_mm, test);
+        match model.context.motion(test).time_s.is_some() {
+            true => sweeps.push(ResidualTrace::new(masked)),
+            false => poses.extend(masked),
+        }
+    }
+    let white = NoiseModel::white(rms(poses.into_iter()).max(NOISE_FLOOR_MM));
+    let from = (0..residual_mm.len()).find(|&test| model.context.motion(test).time_s.is_some()).map(|test| start[test]);
+    let sweep = if sweeps.is_empty() { white } else { likeliest(&sweeps, from, floor) };
+    (0..residual_mm.len()).map(|test| if model.context.motion(test).time_s.is_some() { sweep } else { white }).collect()
 }
 
 /// Most likely noise of traces within what the floor allows: from where the last one was, and anew where that ends worse
@@ -195,8 +175,6 @@ fn likeliest(traces: &[ResidualTrace], from: Option<NoiseModel>, floor: &[NoiseM
 /// A trace with its free curve, which follows loud lines of the spectrum too.
 struct Trace {
     present: Vec<bool>,
-    /// Time from one reading to the next over that of the middle test.
-    interval: f64,
     /// Time from its first to its last row, s.
     length_s: f64,
     /// What white noise alone would leave beside the curve, mm.
@@ -208,8 +186,7 @@ struct Trace {
 }
 
 impl Trace {
-    fn new(residual: ResidualTrace, time_s: &[f64], loud_hz: &[f64]) -> Trace {
-        let ResidualTrace { residual_mm: residual, interval } = residual;
+    fn new(residual: Vec<f64>, time_s: &[f64], loud_hz: &[f64]) -> Trace {
         let rows = residual.len();
         let present = residual.iter().map(|value| value.is_finite()).collect();
         let wave = |k: usize, row: usize| (std::f64::consts::PI * k as f64 * (row as f64 + 0.5) / rows as f64).cos();
@@ -226,7 +203,7 @@ impl Trace {
         let second = |rows: &[f64]| (rows[1] - 0.5 * (rows[0] + rows[2])).abs();
         let step_mm = median(residual.windows(3).map(second)).unwrap_or(0.0);
         columns.extend(residual.into_iter().map(|value| if value.is_finite() { value } else { 0.0 }));
-        let mut trace = Trace { present, interval, length_s, rough_mm: 0.0, step_mm, columns };
+        let mut trace = Trace { present, length_s, rough_mm: 0.0, step_mm, columns };
         trace.rough_mm = trace.rough_rms();
         trace
     }
@@ -252,7 +229,6 @@ impl Trace {
 /// Traces with readings in the same rows and the same free curves: what the curves are among themselves is worked out once.
 struct Alike<'t> {
     present: &'t [bool],
-    interval: f64,
     traces: usize,
     /// The curves' functions one after the other, then the readings of each trace.
     columns: Vec<f64>,
@@ -265,20 +241,14 @@ impl<'t> Alike<'t> {
             let rows = trace.present.len();
             let (curves, readings) = trace.columns.split_at(trace.columns.len() - rows);
             let known = groups.iter_mut().find(|group| {
-                (group.present, group.interval) == (trace.present.as_slice(), trace.interval)
-                    && group.columns[..group.columns.len() - group.traces * rows] == *curves
+                group.present == trace.present && group.columns[..group.columns.len() - group.traces * rows] == *curves
             });
             match known {
                 Some(group) => {
                     group.traces += 1;
                     group.columns.extend_from_slice(readings);
                 }
-                None => groups.push(Alike {
-                    present: &trace.present,
-                    interval: trace.interval,
-                    traces: 1,
-                    columns: trace.columns.clone(),
-                }),
+                None => groups.push(Alike { present: &trace.present, traces: 1, columns: trace.columns.clone() }),
             }
         }
         groups
@@ -286,7 +256,7 @@ impl<'t> Alike<'t> {
 
     /// The same of all of them together.
     fn reml(&self, noise: &NoiseModel) -> (f64, f64) {
-        let whitener = Whitener::new(&noise.at_interval(self.interval), self.present);
+        let whitener = Whitener::new(noise, self.present);
         let rows = self.present.len();
         let mut columns = self.columns.clone();
         whitener.apply_all(&mut columns);
