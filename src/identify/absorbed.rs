@@ -15,6 +15,9 @@ use crate::statistics::{Absorbed, principal};
 /// Share of the absorbed variance that may be left out.
 const LEFT_OUT_SHARE: f64 = 1e-3;
 
+/// Which rows of a test take part, and its interval.
+type Rows<'k> = (&'k Vec<bool>, f64);
+
 /// Absorbed noise of some tests, those with the same rows and intervals pooled.
 pub fn absorbed(
     problem: &Problem,
@@ -33,7 +36,7 @@ pub fn absorbed(
             spread(problem, test, jacobian, &kept[test], &covariance)
         })
         .collect();
-    let mut groups: Vec<((&Vec<bool>, f64), Vec<&DMatrix<f64>>)> = Vec::new();
+    let mut groups: Vec<(Rows, Vec<&DMatrix<f64>>)> = Vec::new();
     for (&test, columns) in tests.iter().zip(&columns) {
         let rows = (&kept[test], intervals[test]);
         match groups.iter_mut().find(|(known, _)| *known == rows) {
