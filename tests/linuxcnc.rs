@@ -317,7 +317,7 @@ fn the_comparison_sees_a_wrong_angle_feed_and_missing_move() {
 fn blocks_of_a_following_run_keep_the_bar() {
     let Some(rs274) = interpreter() else { return };
     // a circle across all coordinate planes, which no arc draws
-    let (machine, tests) = planned("nutating-table-45.yaml");
+    let (machine, tests) = planned("nutating-head-45.yaml");
     let chain = Chain::of(&machine);
     let geometry = Geometry::nominal(&chain);
     let coupled =
