@@ -34,8 +34,8 @@ pub struct Unknowns {
     /// Place of the first of them among the errors.
     first_of_pivot: usize,
     pub(crate) prior_variance: Vec<f64>,
-    /// Of inclined rotary axes: a shift along the own line, and a turn about it, as parts of the errors. No reading shows them, so the errors
-    /// are counted without.
+    /// Of inclined rotary axes that carry the workpiece: a shift along the own line, and a turn about it, as parts of the errors. No reading
+    /// shows them, so the errors are counted without.
     pub(super) along_own_lines: Vec<Vec<(usize, f64)>>,
     uncertainty: Uncertainty,
     /// What the linear axes may be off, by the machine file.
@@ -117,9 +117,12 @@ impl Unknowns {
         }
     }
 
-    /// Shifts along and turns about the own lines of inclined rotary axes, among the errors so far.
+    /// Shifts along and turns about the own lines of inclined rotary axes that carry the workpiece, among the errors so far. What a bar tells
+    /// of a head's place are sums with the table's, whatever is held.
     fn find_own_lines(&mut self, machine: &Machine) {
-        for (axis, entry) in machine.axes.iter().enumerate().filter(|(_, entry)| entry.coordinate_direction().is_none())
+        let on_workpiece_side = &machine.axes[..machine.code.workpiece_side.len().min(machine.axes.len())];
+        for (axis, entry) in
+            on_workpiece_side.iter().enumerate().filter(|(_, entry)| entry.coordinate_direction().is_none())
         {
             for of_turns in [false, true] {
                 let own =

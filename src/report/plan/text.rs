@@ -114,7 +114,8 @@ fn add_errors(out: &mut String, plan: &Plan, machine: &Machine, settings: &Setti
             error.reason
         );
     }
-    for axis in machine.axes_of(AxisKind::Rotary).map(|axis| &machine.axes[axis]) {
+    let carries_work = |axis: &usize| *axis < machine.code.workpiece_side.len();
+    for axis in machine.axes_of(AxisKind::Rotary).filter(carries_work).map(|axis| &machine.axes[axis]) {
         if axis.coordinate_direction().is_none() {
             let _ = writeln!(
                 out,
