@@ -15,16 +15,8 @@ use crate::statistics::{Absorbed, principal};
 /// Share of the absorbed variance that may be left out.
 const LEFT_OUT_SHARE: f64 = 1e-3;
 
-/// Which rows of a test take part, and its interval.
-type Rows<'k> = (&'k Vec<bool>, f64);
-
-/// Absorbed noise of some tests, those with the same rows and intervals pooled.
-pub fn absorbed(
-    problem: &Problem,
-    solution: &Solution,
-    kept: &[Vec<bool>],
-    (tests, intervals): (&[usize], &[f64]),
-) -> Vec<Absorbed> {
+/// Absorbed noise of the tests for which `counts` holds, those with the same rows pooled.
+pub fn absorbed(problem: &Problem, solution: &Solution, kept: &[Vec<bool>], tests: &[usize]) -> Vec<Absorbed> {
     let count = problem.unknowns.len();
     let with_prior = &solution.information + DMatrix::identity(count, count);
     let Some(covariance) = Cholesky::new(with_prior).map(|factor| factor.inverse()) else { return Vec::new() };
@@ -36,23 +28,22 @@ pub fn absorbed(
             spread(problem, test, jacobian, &kept[test], &covariance)
         })
         .collect();
-    let mut groups: Vec<(Rows, Vec<&DMatrix<f64>>)> = Vec::new();
+    let mut groups: Vec<(&Vec<bool>, Vec<&DMatrix<f64>>)> = Vec::new();
     for (&test, columns) in tests.iter().zip(&columns) {
-        let rows = (&kept[test], intervals[test]);
-        match groups.iter_mut().find(|(known, _)| *known == rows) {
+        match groups.iter_mut().find(|(rows, _)| *rows == &kept[test]) {
             Some((_, list)) => list.push(columns),
-            None => groups.push((rows, vec![columns])),
+            None => groups.push((&kept[test], vec![columns])),
         }
     }
     groups
         .into_iter()
-        .map(|((present, interval), list)| {
+        .map(|(present, list)| {
             let views: Vec<_> = list.iter().flat_map(|matrix| matrix.column_iter()).collect();
             let stacked =
                 if views.is_empty() { DMatrix::zeros(present.len(), 0) } else { DMatrix::from_columns(&views) };
             let few = significant(&stacked);
             let columns = few.column_iter().map(|column| column.iter().copied().collect()).collect();
-            Absorbed { present: present.clone(), interval, columns }
+            Absorbed { present: present.clone(), columns }
         })
         .collect()
 }

@@ -15,9 +15,7 @@ use crate::identify::model::problem::Problem;
 use crate::identify::model::unknowns::{Quantity, Unknown};
 use crate::readings::NOISE_CLASSES;
 use crate::session::{Session, Setups};
-use crate::statistics::{
-    NOISE_FLOOR_MM, NoiseModel, ResidualTrace, fit_noise, relative_intervals, rms, robust_sigma, white_noise,
-};
+use crate::statistics::{NOISE_FLOOR_MM, NoiseModel, fit_noise, rms, robust_sigma, white_noise};
 
 /// Fits a session.
 pub fn identify(session: &Session, options: &Options) -> Result<Fit, FitError> {
@@ -89,7 +87,6 @@ fn robust_start(problem: &Problem) -> Solution {
 }
 
 /// Noise of every test: for lengths, coordinates and turns one model for all sweeps, white noise of common size for static poses.
-/// Readings that lie farther apart are less alike.
 ///
 /// Without `last` the solution is a rough one, whose covariance says nothing of the noise that it absorbed.
 fn fitted_noise(
@@ -106,12 +103,9 @@ fn fitted_noise(
             residual.iter().zip(kept).map(|(value, kept)| if *kept { *value } else { f64::NAN }).collect()
         })
         .collect();
-    let times: Vec<Option<&[f64]>> = problem.tests.iter().map(|test| test.motion.time_s.as_deref()).collect();
-    let intervals = relative_intervals(&times);
     let is_pose = |index: usize| problem.tests[index].motion.time_s.is_none();
     let class = |index: usize| problem.session.tests[index].reading.noise_class();
-    let absorbed =
-        |tests: &[usize]| last.map_or_else(Vec::new, |_| absorbed(problem, solution, kept, (tests, &intervals)));
+    let absorbed = |tests: &[usize]| last.map_or_else(Vec::new, |_| absorbed(problem, solution, kept, tests));
     let noise_of = |class_wanted: usize| {
         let of_class = (0..masked.len()).filter(|&index| class(index) == class_wanted);
         let (poses, sweeps): (Vec<usize>, Vec<usize>) = of_class.partition(|&index| is_pose(index));
@@ -119,11 +113,8 @@ fn fitted_noise(
         let sweep_noise = if sweeps.is_empty() {
             pose_noise
         } else {
-            let trace =
-                |&index: &usize| ResidualTrace { residual_mm: masked[index].clone(), interval: intervals[index] };
-            let traces: Vec<ResidualTrace> = sweeps.iter().map(trace).collect();
-            let first = sweeps[0];
-            fit_noise(&traces, &absorbed(&sweeps), last.map(|last| last[first].at_interval(1.0 / intervals[first])))
+            let traces: Vec<Vec<f64>> = sweeps.iter().map(|&index| masked[index].clone()).collect();
+            fit_noise(&traces, &absorbed(&sweeps), last.map(|last| last[sweeps[0]]))
         };
         (pose_noise, sweep_noise)
     };
@@ -131,7 +122,7 @@ fn fitted_noise(
     let chosen = |index: usize| match problem.session.tests[index].reading.stated_noise_mm() {
         Some(noise_mm) => NoiseModel::white(noise_mm),
         None if is_pose(index) => by_class[class(index)].0,
-        None => by_class[class(index)].1.at_interval(intervals[index]),
+        None => by_class[class(index)].1,
     };
     (0..masked.len()).map(chosen).collect()
 }

@@ -2,7 +2,6 @@
 
 mod digits;
 mod evidence;
-mod interval;
 mod minimum;
 mod moments;
 mod noise;
@@ -15,12 +14,11 @@ mod whitener;
 pub(crate) use digits::{ON_STEP, step_of};
 pub use evidence::{BlockEvidence, judge, log_determinant};
 pub(crate) use evidence::{climbed, implausibility, likeliest_priors, probability_of};
-pub use interval::relative_intervals;
 pub use minimum::{Least, minimise_smooth};
 pub(crate) use minimum::{least_along, minimise_few};
 pub(crate) use moments::standard_deviation;
 pub use moments::{Fitted, mean, rms};
-pub use noise::{Absorbed, ResidualTrace, fit_noise, misfit, white_noise};
+pub use noise::{Absorbed, fit_noise, misfit, white_noise};
 pub(crate) use noise_model::NOISE_FLOOR_MM;
 pub use noise_model::NoiseModel;
 pub(crate) use principal::principal;

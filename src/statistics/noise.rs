@@ -5,25 +5,9 @@ use super::minimum::minimise_smooth;
 use super::noise_model::{NOISE_FLOOR_MM, NoiseModel};
 use super::whitener::{LOG_SCALE, LOG_SCALE_LN, ROWS_A_LOGARITHM, Whitener};
 
-/// Residuals of one test in the order of time.
-#[derive(Debug, Clone, PartialEq)]
-pub struct ResidualTrace {
-    /// mm, NaN where there is none.
-    pub residual_mm: Vec<f64>,
-    /// Time from one reading to the next, over that to which the noise's ρ belongs.
-    pub interval: f64,
-}
-
-impl ResidualTrace {
-    /// Residuals whose interval is that of the noise.
-    pub fn new(residual_mm: Vec<f64>) -> ResidualTrace {
-        ResidualTrace { residual_mm, interval: 1.0 }
-    }
-}
-
-/// −2 log likelihood of residuals under a noise model, pooled over traces.
-pub fn misfit(noise: &NoiseModel, traces: &[ResidualTrace]) -> f64 {
-    Pooled::by_interval(traces).iter().map(|(interval, pooled)| pooled.misfit(&noise.at_interval(*interval))).sum()
+/// −2 log likelihood of residuals (NaN where there is none) under a noise model, pooled over traces.
+pub fn misfit(noise: &NoiseModel, traces: &[Vec<f64>]) -> f64 {
+    Pooled::of(traces).misfit(noise)
 }
 
 /// Traces that are filtered side by side: one alone waits for its own last row.
@@ -40,21 +24,9 @@ struct Pooled {
 }
 
 impl Pooled {
-    /// Traces with readings as far apart, with their interval.
-    fn by_interval(traces: &[ResidualTrace]) -> Vec<(f64, Pooled)> {
-        let mut groups: Vec<(f64, Vec<&Vec<f64>>)> = Vec::new();
+    fn of(traces: &[Vec<f64>]) -> Pooled {
+        let mut groups: Vec<(Vec<bool>, Vec<&Vec<f64>>)> = Vec::new();
         for trace in traces {
-            match groups.iter_mut().find(|(interval, _)| *interval == trace.interval) {
-                Some((_, group)) => group.push(&trace.residual_mm),
-                None => groups.push((trace.interval, vec![&trace.residual_mm])),
-            }
-        }
-        groups.into_iter().map(|(interval, group)| (interval, Pooled::of(&group))).collect()
-    }
-
-    fn of<'t>(traces: &[&'t Vec<f64>]) -> Pooled {
-        let mut groups: Vec<(Vec<bool>, Vec<&'t Vec<f64>>)> = Vec::new();
-        for &trace in traces {
             let present: Vec<bool> = trace.iter().map(|value| value.is_finite()).collect();
             match groups.iter_mut().find(|(rows, _)| *rows == present) {
                 Some((_, group)) => group.push(trace),
@@ -74,9 +46,8 @@ impl Pooled {
     /// −2 log likelihood of all of them.
     fn misfit(&self, noise: &NoiseModel) -> f64 {
         let arch = pulp::Arch::new();
-        let rows: Vec<(NoiseModel, &[bool])> =
-            self.alike.iter().map(|lanes| (*noise, lanes.present.as_slice())).collect();
-        let whiteners = Whitener::of_all(&rows);
+        let rows: Vec<&[bool]> = self.alike.iter().map(|lanes| lanes.present.as_slice()).collect();
+        let whiteners = Whitener::of_all(noise, &rows);
         let alike: f64 = self.alike.iter().zip(&whiteners).map(|(lanes, whitener)| lanes.misfit(whitener)).sum();
         alike + self.others.iter().map(|lanes| arch.dispatch(|| lanes.filtered(noise))).sum::<f64>()
     }
@@ -190,17 +161,14 @@ impl Lanes {
 pub struct Absorbed {
     /// Rows that took part.
     pub present: Vec<bool>,
-    /// As that of a trace.
-    pub interval: f64,
     pub columns: Vec<Vec<f64>>,
 }
 
 /// What absorbed noise adds to the expected misfit: `Σ u'Σ⁻¹u`.
 fn absorbed_misfit(noise: &NoiseModel, absorbed: &[Absorbed]) -> f64 {
     let mut columns = Vec::new();
-    let rows: Vec<(NoiseModel, &[bool])> =
-        absorbed.iter().map(|group| (noise.at_interval(group.interval), group.present.as_slice())).collect();
-    let whiteners = Whitener::of_all(&rows);
+    let rows: Vec<&[bool]> = absorbed.iter().map(|group| group.present.as_slice()).collect();
+    let whiteners = Whitener::of_all(noise, &rows);
     absorbed
         .iter()
         .zip(&whiteners)
@@ -225,14 +193,14 @@ pub fn white_noise(residual_mm: impl Iterator<Item = f64>, absorbed: &[Absorbed]
 /// Steps from reading to reading that tell noise with a memory from white noise.
 const LEAST_STEPS: usize = 20;
 
-/// Most likely noise of residual traces from which a fit has absorbed some.
-pub fn fit_noise(traces: &[ResidualTrace], absorbed: &[Absorbed], start: Option<NoiseModel>) -> NoiseModel {
+/// Most likely noise of residual traces (mm, NaN where there is none) from which a fit has absorbed some.
+pub fn fit_noise(traces: &[Vec<f64>], absorbed: &[Absorbed], start: Option<NoiseModel>) -> NoiseModel {
     let (mut sum, mut count) = (0.0, 0usize);
     let (mut step_sum, mut step_count) = (0.0, 0usize);
     for trace in traces {
         // rows without a reading are passed over
         let mut last: Option<f64> = None;
-        for value in trace.residual_mm.iter().copied().filter(|value| value.is_finite()) {
+        for value in trace.iter().copied().filter(|value| value.is_finite()) {
             if let Some(last) = last {
                 step_sum += (value - last).powi(2);
                 step_count += 1;
@@ -243,7 +211,7 @@ pub fn fit_noise(traces: &[ResidualTrace], absorbed: &[Absorbed], start: Option<
         }
     }
     if step_count < LEAST_STEPS {
-        return white_noise(traces.iter().flat_map(|trace| &trace.residual_mm).copied(), absorbed);
+        return white_noise(traces.iter().flatten().copied(), absorbed);
     }
     let rms = (sum / count.max(1) as f64).sqrt().max(NOISE_FLOOR_MM);
     let white = (0.5 * step_sum / step_count as f64).sqrt().max(NOISE_FLOOR_MM);
@@ -266,11 +234,10 @@ pub fn fit_noise(traces: &[ResidualTrace], absorbed: &[Absorbed], start: Option<
         drift_mm: x[3].exp().max(NOISE_FLOOR_MM),
         offset_mm: start.offset_mm,
     };
-    let pooled = Pooled::by_interval(traces);
+    let pooled = Pooled::of(traces);
     let best = minimise_smooth(pack(&start), |x| {
         let noise = unpack(x);
-        let readings: f64 = pooled.iter().map(|(interval, of)| of.misfit(&noise.at_interval(*interval))).sum();
-        readings + absorbed_misfit(&noise, absorbed)
+        pooled.misfit(&noise) + absorbed_misfit(&noise, absorbed)
     });
     unpack(&best)
 }

@@ -11,7 +11,7 @@ pub const NOISE_FLOOR_MM: f64 = 5e-6;
 pub struct NoiseModel {
     pub white_mm: f64,
     pub ar_mm: f64,
-    /// Correlation of the AR(1) part from one reading to the next.
+    /// Correlation of the AR(1) part from one sample to the next.
     pub ar_rho: f64,
     /// Standard deviation of the drift at the end of a trace.
     pub drift_mm: f64,
@@ -28,11 +28,6 @@ impl NoiseModel {
     /// Standard deviation of one reading in its trace, averaged over the trace, mm.
     pub fn rms_mm(&self) -> f64 {
         (self.white_mm.powi(2) + self.ar_mm.powi(2) + 0.5 * self.drift_mm.powi(2)).sqrt()
-    }
-
-    /// The same noise where the readings lie so many times as far apart: its AR(1) part is a process in time.
-    pub fn at_interval(&self, interval: f64) -> NoiseModel {
-        NoiseModel { ar_rho: self.ar_rho.powf(interval), ..*self }
     }
 
     /// The same noise scaled.

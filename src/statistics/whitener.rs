@@ -15,32 +15,25 @@ impl Whitener {
     /// Filter for rows where `present` holds.
     pub fn new(noise: &NoiseModel, present: &[bool]) -> Whitener {
         let mut gains = Vec::with_capacity(present.len());
-        let [log_determinant] = gains_of([present], [noise], [&mut gains]);
+        let [log_determinant] = gains_of([present], noise, [&mut gains]);
         Whitener { gains, rho: noise.ar_rho, log_determinant }
     }
 
     /// The same for several traces at once: one alone waits for its own last row.
-    pub fn of_all(traces: &[(NoiseModel, &[bool])]) -> Vec<Whitener> {
+    pub fn of_all(noise: &NoiseModel, traces: &[&[bool]]) -> Vec<Whitener> {
         let arch = pulp::Arch::new();
         let mut all = Vec::with_capacity(traces.len());
         for group in traces.chunks(SIDE_BY_SIDE) {
-            if let [(noise, alone)] = group {
+            if let [alone] = group {
                 all.push(Whitener::new(noise, alone));
                 continue;
             }
             let none: &[bool] = &[];
-            let present: [&[bool]; SIDE_BY_SIDE] =
-                std::array::from_fn(|lane| group.get(lane).map_or(none, |own| own.1));
-            let noise: [&NoiseModel; SIDE_BY_SIDE] =
-                std::array::from_fn(|lane| &group.get(lane).unwrap_or(&group[0]).0);
+            let present: [&[bool]; SIDE_BY_SIDE] = std::array::from_fn(|lane| *group.get(lane).unwrap_or(&none));
             let mut gains: [Vec<[f64; 3]>; SIDE_BY_SIDE] = present.map(|rows| Vec::with_capacity(rows.len()));
             let logs = arch.dispatch(|| gains_of(present, noise, gains.each_mut()));
-            let each = gains.into_iter().zip(logs).zip(group);
-            all.extend(each.map(|((gains, log_determinant), (noise, _))| Whitener {
-                gains,
-                rho: noise.ar_rho,
-                log_determinant,
-            }));
+            let whitener = |(gains, log_determinant)| Whitener { gains, rho: noise.ar_rho, log_determinant };
+            all.extend(gains.into_iter().zip(logs).take(group.len()).map(whitener));
         }
         all
     }
@@ -64,19 +57,13 @@ impl Whitener {
 
 /// Works out the gains of `N` traces side by side, and the log determinants of their covariances.
 #[inline(always)]
-fn gains_of<const N: usize>(
-    present: [&[bool]; N],
-    noise: [&NoiseModel; N],
-    gains: [&mut Vec<[f64; 3]>; N],
-) -> [f64; N] {
-    let rho = noise.map(|noise| noise.ar_rho);
-    let drift_step: [f64; N] = std::array::from_fn(|k| noise[k].drift_mm.powi(2) / present[k].len().max(1) as f64);
-    let ar_step = noise.map(|noise| noise.ar_mm.powi(2) * (1.0 - noise.ar_rho * noise.ar_rho));
-    let white = noise.map(|noise| noise.white_mm.powi(2));
+fn gains_of<const N: usize>(present: [&[bool]; N], noise: &NoiseModel, gains: [&mut Vec<[f64; 3]>; N]) -> [f64; N] {
+    let rho = noise.ar_rho;
+    let drift_step = present.map(|rows| noise.drift_mm.powi(2) / rows.len().max(1) as f64);
+    let ar_step = noise.ar_mm.powi(2) * (1.0 - rho * rho);
+    let white = noise.white_mm.powi(2);
     // covariance of (AR, drift) before the reading
-    let mut paa = noise.map(|noise| noise.ar_mm.powi(2));
-    let mut pdd = noise.map(|noise| noise.offset_mm.powi(2));
-    let mut pad = [0.0; N];
+    let (mut paa, mut pad, mut pdd) = ([noise.ar_mm.powi(2); N], [0.0; N], [noise.offset_mm.powi(2); N]);
     // innovation variances since the last logarithm, as their product
     let (mut product, mut logs) = ([1.0f64; N], [0.0; N]);
     let rows = present.iter().map(|rows| rows.len()).max().unwrap_or(0);
@@ -84,14 +71,14 @@ fn gains_of<const N: usize>(
         let is_read: [bool; N] = std::array::from_fn(|k| present[k].get(row).copied().unwrap_or(false));
         let mut all = [[0.0; N]; 3];
         for k in 0..N {
-            let s = paa[k] + 2.0 * pad[k] + pdd[k] + white[k];
+            let s = paa[k] + 2.0 * pad[k] + pdd[k] + white;
             let (a, d) = (paa[k] + pad[k], pad[k] + pdd[k]);
             let read = if is_read[k] { 1.0 } else { 0.0 };
             let (ka, kd) = (read * (a / s), read * (d / s));
             product[k] *= if is_read[k] { s * LOG_SCALE } else { 1.0 };
-            paa[k] = rho[k] * rho[k] * (paa[k] - ka * a) + ar_step[k];
+            paa[k] = rho * rho * (paa[k] - ka * a) + ar_step;
             pdd[k] = pdd[k] - kd * d + drift_step[k];
-            pad[k] = rho[k] * (pad[k] - ka * d);
+            pad[k] = rho * (pad[k] - ka * d);
             (all[0][k], all[1][k], all[2][k]) = (ka, kd, read / s.sqrt());
         }
         for k in 0..N {

@@ -1,8 +1,8 @@
 //! Noise of the recordings whatever physics is missing: fitted beside a free smooth curve per trace, so that effects do not count as noise.
 
 use crate::statistics::{
-    NOISE_FLOOR_MM, NoiseModel, ResidualTrace, Whitener, add_products, fit_noise, log_determinant, mean, median,
-    minimise_smooth, misfit, rms,
+    NOISE_FLOOR_MM, NoiseModel, Whitener, add_products, fit_noise, log_determinant, mean, median, minimise_smooth,
+    misfit, rms,
 };
 use nalgebra::{Cholesky, DMatrix, DVector};
 
@@ -146,13 +146,10 @@ pub fn likely_noise(
     let mut sweeps = Vec::new();
     let mut poses = Vec::new();
     for test in 0..residual_mm.len() {
-        let masked = masked(model, residual_mm, test);
-        match model.context.motion(test).time_s.is_some() {
-            true => sweeps.push(ResidualTrace::new(masked)),
-            false => poses.extend(masked),
-        }
+        let of_kind = if model.context.motion(test).time_s.is_some() { &mut sweeps } else { &mut poses };
+        of_kind.push(masked(model, residual_mm, test));
     }
-    let white = NoiseModel::white(rms(poses.into_iter()).max(NOISE_FLOOR_MM));
+    let white = NoiseModel::white(rms(poses.iter().flatten().copied()).max(NOISE_FLOOR_MM));
     let from = (0..residual_mm.len()).find(|&test| model.context.motion(test).time_s.is_some()).map(|test| start[test]);
     let sweep = if sweeps.is_empty() { white } else { likeliest(&sweeps, from, floor) };
     (0..residual_mm.len()).map(|test| if model.context.motion(test).time_s.is_some() { sweep } else { white }).collect()
@@ -160,7 +157,7 @@ pub fn likely_noise(
 
 /// Most likely noise of traces within what the floor allows: from where the last one was, and anew where that ends worse
 /// than either began.
-fn likeliest(traces: &[ResidualTrace], from: Option<NoiseModel>, floor: &[NoiseModel]) -> NoiseModel {
+fn likeliest(traces: &[Vec<f64>], from: Option<NoiseModel>, floor: &[NoiseModel]) -> NoiseModel {
     let mut known: Vec<NoiseModel> = from.into_iter().collect();
     known.extend(floor.iter().max_by(|a, b| a.ar_mm.total_cmp(&b.ar_mm)));
     let standing = |noise: NoiseModel| (misfit(&noise, traces), noise);

@@ -5,7 +5,7 @@ use super::selected::{Candidate, Search, SelectedEffect, SelectionContext, Step}
 use crate::diagnose::model::linear_model::LinearModel;
 use crate::diagnose::model::regression::{Accepted, Regression};
 use crate::diagnose::noise::noise_floor::{likely_noise, masked};
-use crate::statistics::{NoiseModel, ResidualTrace, misfit};
+use crate::statistics::{NoiseModel, misfit};
 
 impl JointFit {
     /// Nothing: the same for every set that is begun.
@@ -109,7 +109,7 @@ impl Search {
     pub(crate) fn standing(&self, model: &LinearModel) -> f64 {
         let cost: f64 = self.found.iter().map(|found| found.gain - found.log_odds).sum();
         let of_test = |test: usize| {
-            let trace = [ResidualTrace::new(masked(model, &self.residual_mm, test))];
+            let trace = [masked(model, &self.residual_mm, test)];
             let at = |octaves: &f64| misfit(&self.noise_after[test].scaled(octaves.exp2()), &trace) + octaves * octaves;
             LOUDER_OCTAVES.iter().map(at).fold(f64::INFINITY, f64::min)
         };
@@ -150,12 +150,12 @@ pub(crate) fn without_trends(model: &LinearModel, residual_mm: &[Vec<f64>]) -> V
 
 /// Twice the negative log likelihood of residuals under the noise of their tests, less a constant.
 pub(crate) fn pooled_misfit(model: &LinearModel, noise: &[NoiseModel], residual_mm: &[Vec<f64>]) -> f64 {
-    let mut alike: Vec<(NoiseModel, Vec<ResidualTrace>)> = Vec::new();
+    let mut alike: Vec<(NoiseModel, Vec<Vec<f64>>)> = Vec::new();
     for (test, noise) in noise.iter().enumerate() {
-        let trace = ResidualTrace::new(masked(model, residual_mm, test));
+        let masked = masked(model, residual_mm, test);
         match alike.iter_mut().find(|(joint, _)| joint == noise) {
-            Some((_, traces)) => traces.push(trace),
-            None => alike.push((*noise, vec![trace])),
+            Some((_, traces)) => traces.push(masked),
+            None => alike.push((*noise, vec![masked])),
         }
     }
     alike.iter().map(|(noise, traces)| misfit(noise, traces)).sum()
