@@ -7,16 +7,11 @@ mod rows;
 mod sets;
 
 use crate::shared_data;
-use rows::{Hidden, Scored, scored};
+use rows::{Hidden, Scored, rms, scored};
 use sets::{SETS, Set};
 
 fn set(name: &str) -> &'static Set {
     SETS.iter().find(|set| set.name == name).unwrap()
-}
-
-/// Root mean square of distances whose squares these are.
-fn rms(squares: &[f64]) -> f64 {
-    (squares.iter().sum::<f64>() / squares.len() as f64).sqrt()
 }
 
 /// The first fourth of a set, predicted from the others: with location errors alone, and with what was found, mm.

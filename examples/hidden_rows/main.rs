@@ -10,7 +10,7 @@ mod sets;
 use std::path::PathBuf;
 use std::time::Instant;
 
-use rows::{Hidden, Scored, scored};
+use rows::{Hidden, Scored, rms, scored};
 use sets::{SETS, Set};
 
 /// Parts of the rows of which one is hidden.
@@ -23,7 +23,10 @@ fn main() {
     while let Some(argument) = arguments.next() {
         match argument.as_str() {
             "--data" => data = arguments.next().map(PathBuf::from).expect("a folder"),
-            "--shares" => shares = arguments.next().and_then(|text| text.parse().ok()).expect("a number from 1 to 4"),
+            "--shares" => {
+                let number = arguments.next().and_then(|text| text.parse().ok());
+                shares = number.filter(|number| (1..=SHARES).contains(number)).expect("a number from 1 to 4");
+            }
             _ => names.push(argument),
         }
     }
@@ -52,10 +55,7 @@ fn main() {
 
 /// One row of the table.
 fn line(set: &Set, parts: &[Scored], seconds: f64) {
-    let rms = |of: fn(&Scored) -> &Vec<f64>| {
-        let squares: Vec<f64> = parts.iter().flat_map(of).copied().collect();
-        (squares.iter().sum::<f64>() / squares.len().max(1) as f64).sqrt()
-    };
+    let rms = |of: fn(&Scored) -> &Vec<f64>| rms(&parts.iter().flat_map(of).copied().collect::<Vec<f64>>());
     let found: Vec<&str> = parts.first().map_or_else(Vec::new, |part| part.found.iter().map(String::as_str).collect());
     println!(
         "| {} | {} | {:.3} | {:.3} | {} | {seconds:.0} | {} |",

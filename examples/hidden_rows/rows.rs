@@ -26,6 +26,11 @@ pub struct Scored {
     pub found: Vec<String>,
 }
 
+/// Root mean square of distances whose squares these are.
+pub fn rms(squares: &[f64]) -> f64 {
+    (squares.iter().sum::<f64>() / squares.len().max(1) as f64).sqrt()
+}
+
 /// Hides a part of the rows, fits the others and predicts what was hidden.
 pub fn scored(whole: &Session, hidden: &Hidden) -> Scored {
     let is_hidden = hidden_rows(whole, hidden);

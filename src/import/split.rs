@@ -21,7 +21,7 @@ pub fn recordings(
         let (enter, leave) = if direction == 0 { (begin, end) } else { (course.run_s - end, course.run_s - begin) };
         let begins_s = timing.time_at(direction, enter, course.run_s);
         // an arc may end where the run does: at rest the axes stay there
-        let rests_s = timing.start_s[direction] + timing.moving_s(direction, course.run_s);
+        let rests_s = timing.ends_s(direction, course.run_s);
         let rows: Vec<usize> = (0..capture.time_s.len())
             .filter(|&row| {
                 let gone = gone(capture.time_s[row]);
@@ -50,6 +50,7 @@ pub fn recordings(
             leading_texts: std::sync::Arc::default(),
             leading_header: String::new(),
             column,
+            scatter: None,
         };
         (recording, begins_s)
     })

@@ -129,6 +129,12 @@ impl Machine {
         self.code.carries_workpiece(axis)
     }
 
+    /// Inclined rotary axes that carry the workpiece: a plan counts their errors across their lines.
+    pub fn inclined_table_axes(&self) -> impl Iterator<Item = usize> + '_ {
+        let is_inclined = |axis: &usize| self.axes[*axis].coordinate_direction().is_none();
+        self.axes_of(AxisKind::Rotary).filter(is_inclined).filter(|&axis| self.carries_workpiece(axis))
+    }
+
     /// The rotary axis that carries the spindle, with no slide between: the vector from its line to the spindle is the pivot length.
     pub fn spindle_axis(&self) -> Option<usize> {
         let axis = self.axis_index(self.code.tool_side.last()?)?;

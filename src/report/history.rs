@@ -167,7 +167,7 @@ pub fn history_page(report: &HistoryReport) -> String {
             note: match largest {
                 Some(error) => escape(&course(error, report)),
                 None if report.errors.iter().all(|error| error.points.len() < LEAST_POINTS) => {
-                    "too few sessions to tell".into()
+                    "few sessions: see the change of each error".into()
                 }
                 None => "all values within their scatter".into(),
             },

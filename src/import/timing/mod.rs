@@ -45,6 +45,11 @@ impl Timing {
         [first[1], second[0]]
     }
 
+    /// When a direction comes to rest, s, for a run of `run_s` at the programmed feed.
+    pub fn ends_s(&self, direction: usize, run_s: f64) -> f64 {
+        self.start_s[direction] + self.moving_s(direction, run_s)
+    }
+
     /// How long a direction moves, s, for a run of `run_s` at the programmed feed.
     pub fn moving_s(&self, direction: usize, run_s: f64) -> f64 {
         run_s / self.paces[direction] + self.ramp_s

@@ -120,17 +120,15 @@ impl Unknowns {
     /// Shifts along and turns about the own lines of inclined rotary axes that carry the workpiece, among the errors so far. What a bar tells
     /// of a head's place are sums with the table's, whatever is held.
     fn find_own_lines(&mut self, machine: &Machine) {
-        let on_workpiece_side = &machine.axes[..machine.code.workpiece_side.len().min(machine.axes.len())];
-        for (axis, entry) in
-            on_workpiece_side.iter().enumerate().filter(|(_, entry)| entry.coordinate_direction().is_none())
-        {
+        for axis in machine.inclined_table_axes() {
+            let direction = &machine.axes[axis].direction;
             for of_turns in [false, true] {
                 let own =
                     self.errors.iter().enumerate().filter(|(_, (of, component, _))| {
                         *of == axis && Component::ALL[*component].is_angle() == of_turns
                     });
                 let parts = |(place, (_, component, _)): (usize, &(usize, usize, ErrorName))| {
-                    (place, entry.direction[Component::ALL[*component].direction_index()])
+                    (place, direction[Component::ALL[*component].direction_index()])
                 };
                 self.along_own_lines.push(own.map(parts).collect());
             }

@@ -114,15 +114,12 @@ fn add_errors(out: &mut String, plan: &Plan, machine: &Machine, settings: &Setti
             error.reason
         );
     }
-    let carries_work = |axis: &usize| *axis < machine.code.workpiece_side.len();
-    for axis in machine.axes_of(AxisKind::Rotary).filter(carries_work).map(|axis| &machine.axes[axis]) {
-        if axis.coordinate_direction().is_none() {
-            let _ = writeln!(
-                out,
-                "{} is inclined: its errors are counted across its line, for a shift along it and a turn about it change no length; 'identify' tells them together.",
-                axis.name
-            );
-        }
+    for axis in machine.inclined_table_axes() {
+        let _ = writeln!(
+            out,
+            "{} is inclined: its errors are counted across its line, for a shift along it and a turn about it change no length; 'identify' tells them together.",
+            machine.axes[axis].name
+        );
     }
     if let Some(axis) = machine.spindle_axis().map(|axis| &machine.axes[axis].name) {
         let _ = match settings.uncertainty.spread.pivot_length_mm > 0.0 {
