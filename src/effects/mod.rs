@@ -37,6 +37,7 @@ mod mount_drift;
 mod named_ball;
 mod repeatability;
 mod reversal_spike;
+mod sensor_gain;
 mod showing_test;
 mod slide;
 mod slip;
@@ -81,6 +82,7 @@ pub static KINDS: &[&Kind] = &[
     &local_error::LOCAL_ERROR,
     &imbalance::IMBALANCE,
     &surface_form::SURFACE_FORM,
+    &sensor_gain::SENSOR_GAIN,
     &beat::BEAT,
     &gravity::GRAVITY_SAG,
     &compliance::LOAD_COMPLIANCE,

@@ -6,8 +6,8 @@ use super::ball::Ball;
 use super::motion::Motion;
 use super::second_socket::{scatter_mm, second_socket};
 use super::setups::LOOKED_FOR_MM;
-use super::test::Session;
-use crate::chain::{Chain, Composition, Geometry};
+use super::test::{Session, Test};
+use crate::chain::{Chain, Composition, Geometry, Pose};
 use crate::readings::{Kind, Located, Scalar, Sighting, Target, locate};
 use crate::statistics::median;
 
@@ -60,7 +60,8 @@ pub fn locate_instruments(session: &mut Session, chain: &Chain) -> Result<(), (S
                 place(session, &key, &found);
             }
             Kind::SamePoint => place_sockets(session, chain, &firsts, &key.1)?,
-            Kind::Displacement | Kind::Length => {}
+            Kind::Displacement => place_sensors(session, chain, &firsts, &key.1),
+            Kind::Length => {}
         }
         done.push(key);
     }
@@ -85,7 +86,11 @@ pub fn located_anew(mut session: Session, chain: &Chain) -> Option<Session> {
         let (is_instrument, is_target) = (is_looked_for(&test.pivot), is_looked_for(&test.spindle_ball));
         let Some(part) = test.reading.part_mut() else { continue };
         if is_instrument {
-            (test.pivot.at, part.instrument_axes) = (Vector3::repeat(f64::NAN), Matrix3::identity());
+            test.pivot.at = Vector3::repeat(f64::NAN);
+            // the direction of a displacement is stated
+            if part.kind != Kind::Displacement {
+                part.instrument_axes = Matrix3::identity();
+            }
         }
         if is_target {
             (test.spindle_ball.at, part.target_axes) = (Vector3::repeat(f64::NAN), Matrix3::identity());
@@ -138,13 +143,7 @@ fn place(session: &mut Session, (instrument, target): &(Mounting, Mounting), fou
 
 /// Readings of a test, given by its first number, beside where the nominal chain puts the target.
 fn sightings(session: &Session, chain: &Chain, first: usize) -> Vec<Sighting> {
-    let test = &session.tests[first];
-    let (Ok(motion), Ok((pivot, spindle))) = (Motion::of(session, chain, test), test.links(chain)) else {
-        return Vec::new();
-    };
-    let errors = session.machine.location_errors();
-    let geometry = Geometry::new(chain, &errors, Composition::Exact);
-    let Some(part) = test.reading.part() else { return Vec::new() };
+    let Some(part) = session.tests[first].reading.part() else { return Vec::new() };
     let number = |k: usize, row: usize| {
         let test = session.tests.get(first + k)?;
         test.recording.as_ref().map(|recording| recording.length_mm[row])
@@ -152,23 +151,85 @@ fn sightings(session: &Session, chain: &Chain, first: usize) -> Vec<Sighting> {
     let turn_read = session.tests.get(first + 3).filter(|_| part.kind == Kind::Pose);
     let is_turn_read =
         |row: usize| turn_read.and_then(|test| test.recording.as_ref()).is_some_and(|r| r.length_mm[row].is_finite());
-    (0..motion.rows())
-        .filter_map(|row| {
+    target_poses(session, chain, first)
+        .into_iter()
+        .enumerate()
+        .filter_map(|(row, pose)| {
             let point_mm = Vector3::new(number(0, row)?, number(1, row)?, number(2, row)?);
             if point_mm.iter().any(|value| !value.is_finite()) {
                 return None;
             }
-            let frame = geometry.pose(pivot, motion.row(row), None);
-            let carried = geometry.pose(spindle, motion.row(row), None);
-            let back = frame.rotation.transpose();
-            Some(Sighting {
-                rotation: back * carried.rotation,
-                translation_mm: back * (carried.translation_mm - frame.translation_mm),
-                point_mm,
-                turned: is_turn_read(row).then(|| part.measured[row]),
-            })
+            let turned = is_turn_read(row).then(|| part.measured[row]);
+            Some(Sighting { rotation: pose.rotation, translation_mm: pose.translation_mm, point_mm, turned })
         })
         .collect()
+}
+
+/// The target's link as the instrument's link sees it, by row: of the machine as its file states it. None where the positions are not known.
+fn target_poses(session: &Session, chain: &Chain, index: usize) -> Vec<Pose> {
+    let test = &session.tests[index];
+    let (Ok(motion), Ok((pivot, spindle))) = (Motion::of(session, chain, test), test.links(chain)) else {
+        return Vec::new();
+    };
+    let errors = session.machine.location_errors();
+    let geometry = Geometry::new(chain, &errors, Composition::Exact);
+    let of_row = |row: usize| {
+        let frame = geometry.pose(pivot, motion.row(row), None);
+        let carried = geometry.pose(spindle, motion.row(row), None);
+        let back = frame.rotation.transpose();
+        Pose {
+            rotation: back * carried.rotation,
+            translation_mm: back * (carried.translation_mm - frame.translation_mm),
+        }
+    };
+    (0..motion.rows()).map(of_row).collect()
+}
+
+/// A target and the zeros of all sensors that look at it at once: `n·(Rᵀ(C·s + c − c_i)) − o = reading`, linear in the target's place s and in
+/// the zeros o along the sensors' directions n.
+fn place_sensors(session: &mut Session, chain: &Chain, firsts: &[usize], target: &Mounting) {
+    let looks_at = |test: &Test| {
+        let is_sensor = test.reading.part().is_some_and(|part| part.kind == Kind::Displacement);
+        is_sensor && mounting(&test.spindle_ball) == *target
+    };
+    let with: Vec<usize> = firsts.iter().copied().filter(|&index| looks_at(&session.tests[index])).collect();
+    let mut sensors: Vec<Mounting> = with.iter().map(|&index| mounting(&session.tests[index].pivot)).collect();
+    sensors.sort();
+    sensors.dedup();
+    let own = |test: &Test| sensors.iter().position(|sensor| *sensor == mounting(&test.pivot));
+    let columns = 3 + sensors.len();
+    let (mut normal, mut right) = (DMatrix::<f64>::identity(columns, columns) * 1e-9, DVector::<f64>::zeros(columns));
+    for &index in &with {
+        let test = &session.tests[index];
+        let (Some(own), Some(part), Some(recording)) = (own(test), test.reading.part(), &test.recording) else {
+            continue;
+        };
+        let along = part.instrument_axes.column(0).into_owned();
+        let stated = (!is_open(&test.spindle_ball)).then_some(test.spindle_ball.at);
+        for (pose, reading) in target_poses(session, chain, index).iter().zip(&recording.length_mm) {
+            if !reading.is_finite() {
+                continue;
+            }
+            let mut column = DVector::<f64>::zeros(columns);
+            column[3 + own] = -1.0;
+            if stated.is_none() {
+                column.fixed_rows_mut::<3>(0).copy_from(&pose.rotation.tr_mul(&along));
+            }
+            normal += &column * column.transpose();
+            right += column * (reading - along.dot(&pose.point(&stated.unwrap_or_default())));
+        }
+    }
+    let Some(found) = normal.cholesky().map(|factor| factor.solve(&right)) else { return };
+    for test in session.tests.iter_mut().filter(|test| looks_at(test)) {
+        if is_open(&test.spindle_ball) {
+            test.spindle_ball.at = Vector3::new(found[0], found[1], found[2]);
+        }
+        if let (Some(own), true) = (own(test), is_open(&test.pivot))
+            && let Some(part) = test.reading.part()
+        {
+            test.pivot.at = part.instrument_axes.column(0) * found[3 + own];
+        }
+    }
 }
 
 /// Refuses a test whose rows put the ball, which is at `ball_mm` on its link, into two sockets.
