@@ -74,6 +74,7 @@ mod reference;
 mod replay;
 mod saved_fit;
 mod senses;
+mod sensors;
 mod setup_sheet;
 mod survey;
 mod table_1_1;

@@ -78,6 +78,7 @@ fn recorded(mut session: Session, lengths: Vec<Vec<f64>>) -> Vec<CircleFigures> 
             leading_texts: std::sync::Arc::default(),
             leading_header: String::new(),
             column: Default::default(),
+            scatter: None,
         });
     }
     circles(&session).unwrap()

@@ -270,6 +270,7 @@ fn a_b_c_table_whose_axes_do_not_meet_comes_out_as_well() {
             leading_texts: std::sync::Arc::default(),
             leading_header: String::new(),
             column: Default::default(),
+            scatter: None,
         });
     }
     let estimate = chapter6(&recorded).unwrap();

@@ -10,7 +10,7 @@ pub struct Set {
     pub name: &'static str,
     /// Folder of machine and session within `examples/real`.
     folder: &'static str,
-    /// File of the rows in the folder of the data; none: they are part of the project.
+    /// File of the rows in the folder of the data, or a folder of files; none: they are part of the project.
     rows: Option<&'static str>,
     /// Rows of a block.
     pub block: usize,
@@ -19,7 +19,7 @@ pub struct Set {
 }
 
 /// All of them.
-pub const SETS: [Set; 11] = [
+pub const SETS: [Set; 12] = [
     shipped("positioner", "positioner", 5, "0.278"),
     shipped("ur10-d", "ur10-d", 5, "0.356"),
     with_rows("ur10-b", "ur10-d", "ur10/series_b.csv", "0.380"),
@@ -31,6 +31,7 @@ pub const SETS: [Set; 11] = [
     shipped("panda-1", "sockets-panda/panda-1", 3, "0.413"),
     shipped("panda-3", "sockets-panda/panda-3", 3, "0.159"),
     with_rows("jaibot", "rows-elsewhere/jaibot", "jaibot/flat.csv", "2.38"),
+    Set { block: 50, ..with_rows("wheel", "rows-elsewhere/wheel", "wheel", "0.019-0.029") },
 ];
 
 const fn shipped(name: &'static str, folder: &'static str, block: usize, by_hand_mm: &'static str) -> Set {
@@ -46,12 +47,23 @@ impl Set {
     pub fn session(&self, data: &Path) -> Option<Session> {
         let folder = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("examples/real").join(self.folder);
         let Some(rows) = self.rows else { return Some(load_session(&folder.join("session.yaml")).expect("a session")) };
-        let rows = numbers(&std::fs::read_to_string(data.join(rows)).ok()?);
+        let rows = data.join(rows);
         let together = tempfile::tempdir().expect("a folder");
         for name in ["machine.yaml", "session.yaml"] {
             std::fs::copy(folder.join(name), together.path().join(name)).expect("a copy");
         }
-        std::fs::write(together.path().join("points.csv"), rows).expect("a copy");
+        let copied = |file: &Path, name: &str| {
+            let text = std::fs::read_to_string(file).ok()?;
+            std::fs::write(together.path().join(name), numbers(&text)).ok()
+        };
+        match std::fs::read_dir(&rows) {
+            Err(_) => copied(&rows, "points.csv")?,
+            Ok(files) => {
+                for file in files.flatten() {
+                    copied(&file.path(), &file.file_name().to_string_lossy())?;
+                }
+            }
+        }
         Some(load_session(&together.path().join("session.yaml")).expect("a session"))
     }
 }

@@ -192,6 +192,7 @@ pub fn record(session: &Session, cause: &LeftOut, seed: u64) -> Result<Session, 
                     leading_texts: std::sync::Arc::default(),
                     leading_header: String::new(),
                     column: Default::default(),
+                    scatter: None,
                 });
             }
         }

@@ -231,6 +231,7 @@ fn session(machine: &Machine, axis: usize, position: &[f64]) -> Session {
         leading_texts: std::sync::Arc::default(),
         leading_header: String::new(),
         column: LengthColumn::default(),
+        scatter: None,
     };
     let test = Test {
         name: "positions".into(),

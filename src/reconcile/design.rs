@@ -223,6 +223,7 @@ fn thinned(session: &Session) -> Result<Session, ReconcileError> {
             leading_texts: std::sync::Arc::default(),
             leading_header: String::new(),
             column: LengthColumn::default(),
+            scatter: None,
         });
     }
     let lengths = readings(&thin)?;

@@ -77,6 +77,16 @@ pub struct Recording {
     pub leading_header: String,
     /// Column of the file that held the readings.
     pub column: LengthColumn,
+    /// How the positions in the file scatter about those here; none where they are those of the file.
+    pub scatter: Option<Scatter>,
+}
+
+/// Positions of an axis that were read with noise.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Scatter {
+    pub axis: usize,
+    /// Root mean square of what the file has less the even motion, mm or rad.
+    pub by: f64,
 }
 
 impl Recording {
@@ -118,6 +128,7 @@ impl Recording {
             leading_texts: Arc::default(),
             leading_header: String::new(),
             column: LengthColumn::default(),
+            scatter: None,
         }
     }
 

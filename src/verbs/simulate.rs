@@ -5,13 +5,14 @@ use std::path::{Path, PathBuf};
 use clap::{Args, ValueEnum};
 use fiveaxis::chain::Composition;
 use fiveaxis::load::{load_instrument, load_session, recording_from_csv};
-use fiveaxis::report::recording::{parts_csv, recording_csv};
+use fiveaxis::report::recording::{parts_csv, recording_csv, with_columns_of};
 use fiveaxis::report::simulation::{simulation_json, simulation_text};
 use fiveaxis::session::{LengthColumn, Session, Test};
 use fiveaxis::simulate::{Instrument, SetupErrors, Trace, simulate_with};
 
 use super::Refusal;
 use super::output::{Foreign, OutputFolder, print, print_json, session_inputs, settle, write_all};
+use crate::verbs::options::recorded::tell_scatter;
 use crate::verbs::output::progress::Working;
 
 /// Arguments of `simulate`.
@@ -88,6 +89,7 @@ fn column_of(asked: Option<ReadingsName>, test: &Test) -> Result<LengthColumn, R
 pub fn run(arguments: &Arguments) -> Result<(), Refusal> {
     settle(&arguments.session)?;
     let session = load_session(&arguments.session)?;
+    tell_scatter(&session);
     let instrument = match arguments.instrument.as_deref() {
         None => None,
         Some("default") => Some(Instrument::default()),
@@ -109,16 +111,23 @@ pub fn run(arguments: &Arguments) -> Result<(), Refusal> {
     let mut output = OutputFolder::default();
     // by test the file that holds its readings; those of one reading follow each other in one file
     let mut files: Vec<Option<String>> = Vec::new();
+    let mut sightings: Vec<(String, String)> = Vec::new();
     for (index, (test, trace)) in session.tests.iter().zip(&traces).enumerate() {
         check_times(test, trace)?;
         if let Some(part) = test.reading.part() {
             if part.leads() {
                 let name = test.recording_file.clone().unwrap_or_else(|| format!("{}.csv", part.of));
+                let is_named_before = files.contains(&Some(name.clone()));
                 files.push(Some(name.clone()));
                 // the numbers of a reading follow each other
                 let own = &traces[index..index + part.kind.scalars().len()];
                 let numbers: Vec<&[f64]> = own.iter().map(|trace| trace.length_mm.as_slice()).collect();
-                output.add(name, parts_csv(&session.machine, test, part, &trace.motion, &numbers));
+                let text = parts_csv(&session.machine, test, part, &trace.motion, &numbers);
+                // several instruments may stand in one file, each with its columns
+                match sightings.iter_mut().find(|(other, _)| is_named_before && *other == name) {
+                    Some((_, together)) => *together = with_columns_of(together, &text, &part.columns).unwrap_or(text),
+                    None => sightings.push((name, text)),
+                }
             } else {
                 // what is stated of two sockets is in no file
                 let before = files.last().cloned().flatten();
@@ -133,6 +142,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Refusal> {
         files.push(Some(name.clone()));
         output.add(name, text);
     }
+    sightings.into_iter().for_each(|(name, text)| output.add(name, text));
     let sets = vec![(arguments.out.clone(), output)];
     write_all(sets, &session_inputs(&arguments.session, &session), Foreign::with(arguments.force))?;
     drop(working);

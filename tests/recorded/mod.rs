@@ -21,6 +21,7 @@ pub fn recorded(session: &Session, traces: &[Trace]) -> Session {
             leading_texts: std::sync::Arc::default(),
             leading_header: String::new(),
             column: Default::default(),
+            scatter: None,
         });
     }
     session

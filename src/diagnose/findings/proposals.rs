@@ -270,5 +270,6 @@ fn as_if_recorded(session: &Session, test: &Test) -> Option<Recording> {
         leading_texts: Arc::default(),
         leading_header: String::new(),
         column: LengthColumn::default(),
+        scatter: None,
     })
 }

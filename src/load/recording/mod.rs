@@ -155,6 +155,7 @@ fn assemble(
         leading_texts: leading_texts.into(),
         leading_header: leading.join(","),
         column: LengthColumn::default(),
+        scatter: None,
     };
     for ((column, list), name) in header.columns.iter().zip(values).zip(&header.names) {
         match *column {

@@ -306,6 +306,7 @@ pub(crate) fn socket_distances(
             leading_texts: Arc::default(),
             leading_header: String::new(),
             column: Default::default(),
+            scatter: None,
         };
         Ok(Some(Test {
             name: part.of.clone(),

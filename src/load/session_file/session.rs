@@ -18,7 +18,7 @@ use crate::load::checked_text::text::read_limited;
 use crate::load::machine_file::machine::{is_urdf, load_machine_with_links};
 use crate::load::rows::Rows;
 use crate::load::urdf::LinkChoice;
-use crate::session::{Session, Setups, Spread, Test, locate_instruments};
+use crate::session::{Session, Setups, Spread, Test, even_out, locate_instruments};
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -84,6 +84,7 @@ pub fn load_session_with(file: &Path, rows: Rows) -> Result<Session, LoadError> 
         }
         tests.extend(read);
     }
+    even_out(&mut tests);
     let name = raw
         .name
         .unwrap_or_else(|| file.file_stem().map(|stem| stem.to_string_lossy().into_owned()).unwrap_or_default());

@@ -1,4 +1,4 @@
-//! The tests of a session that were recorded: fits are of these alone.
+//! The tests of a session that were recorded: fits are of these alone. What was done to their positions is said.
 
 use fiveaxis::session::Session;
 
@@ -16,5 +16,28 @@ pub fn recorded(session: Session) -> Session {
             "{which} left out here, and of what --save writes; the axes are taken as not having moved in between"
         ));
     }
+    tell_scatter(&session);
     session
+}
+
+/// Says whose positions scatter without the readings following.
+pub fn tell_scatter(session: &Session) {
+    let scattered: Vec<_> = session
+        .tests
+        .iter()
+        .filter_map(|test| Some((test.stated_name(), test.recording.as_ref().and_then(|recording| recording.scatter)?)))
+        .collect();
+    let Some((first, scatter)) = scattered.first() else { return };
+    let axis = &session.machine.axes[scatter.axis];
+    let most = scattered.iter().map(|(_, scatter)| scatter.by).fold(0.0, f64::max);
+    let others = match scattered.len() {
+        1 => String::new(),
+        count => format!(" and {} more", count - 1),
+    };
+    remark(format_args!(
+        "test '{first}'{others}: positions of {} scatter by up to {:.2} {} rms and the readings do not follow, so they are read with noise; its even motion over a second is taken in their place",
+        axis.name,
+        axis.kind.to_file_unit(most),
+        axis.kind.position_unit()
+    ));
 }
