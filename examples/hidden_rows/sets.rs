@@ -14,12 +14,14 @@ pub struct Set {
     rows: Option<&'static str>,
     /// Rows of a block.
     pub block: usize,
+    /// A fourth joint of a torso turns back what the second and the third did, and has no column: Justin's.
+    is_coupled: bool,
     /// What a fit by an expert reached on other rows, mm.
     pub by_hand_mm: &'static str,
 }
 
 /// All of them.
-pub const SETS: [Set; 12] = [
+pub const SETS: [Set; 13] = [
     shipped("positioner", "positioner", 5, "0.278"),
     shipped("ur10-d", "ur10-d", 5, "0.356"),
     with_rows("ur10-b", "ur10-d", "ur10/series_b.csv", "0.380"),
@@ -31,15 +33,16 @@ pub const SETS: [Set; 12] = [
     shipped("panda-1", "sockets-panda/panda-1", 3, "0.413"),
     shipped("panda-3", "sockets-panda/panda-3", 3, "0.159"),
     with_rows("jaibot", "rows-elsewhere/jaibot", "jaibot/flat.csv", "2.38"),
+    Set { is_coupled: true, ..with_rows("justin", "rows-elsewhere/justin", "justin/points.csv", "3.12 (mean)") },
     Set { block: 50, ..with_rows("wheel", "rows-elsewhere/wheel", "wheel", "0.019-0.029") },
 ];
 
 const fn shipped(name: &'static str, folder: &'static str, block: usize, by_hand_mm: &'static str) -> Set {
-    Set { name, folder, rows: None, block, by_hand_mm }
+    Set { name, folder, rows: None, block, is_coupled: false, by_hand_mm }
 }
 
 const fn with_rows(name: &'static str, folder: &'static str, rows: &'static str, by_hand_mm: &'static str) -> Set {
-    Set { name, folder, rows: Some(rows), block: 5, by_hand_mm }
+    Set { name, folder, rows: Some(rows), block: 5, is_coupled: false, by_hand_mm }
 }
 
 impl Set {
@@ -54,7 +57,8 @@ impl Set {
         }
         let copied = |file: &Path, name: &str| {
             let text = std::fs::read_to_string(file).ok()?;
-            std::fs::write(together.path().join(name), numbers(&text)).ok()
+            let text = if self.is_coupled { coupled(&numbers(&text)) } else { numbers(&text) };
+            std::fs::write(together.path().join(name), text).ok()
         };
         match std::fs::read_dir(&rows) {
             Err(_) => copied(&rows, "points.csv")?,
@@ -81,4 +85,25 @@ fn numbers(text: &str) -> String {
     let text: String = rows.iter().map(line).collect();
     // accelerations that are named after the column are no positions of it
     text.replacen(",column_mm,", ",lift_mm,", 1)
+}
+
+/// With a column for the joint T3 at −(q1 + q2); markers beside `second` are left out.
+fn coupled(text: &str) -> String {
+    let header: Vec<&str> = text.lines().next().unwrap_or_default().split(',').collect();
+    let place = |name: &str| header.iter().position(|other| *other == name).expect("a column");
+    let joints = [place("q1_deg"), place("q2_deg")];
+    let is_kept = |name: &&str| !name.starts_with("first_");
+    let row = |(row, line): (usize, &str)| {
+        let cells: Vec<&str> = line.split(',').collect();
+        let kept = header.iter().zip(&cells).filter(|(name, _)| is_kept(name)).map(|(_, cell)| *cell);
+        let own = match row {
+            0 => "T3_deg".to_string(),
+            _ => {
+                let turned: f64 = joints.iter().map(|&joint| cells[joint].parse::<f64>().expect("an angle")).sum();
+                format!("{}", -turned)
+            }
+        };
+        kept.collect::<Vec<&str>>().join(",") + "," + &own + "\n"
+    };
+    text.lines().enumerate().map(row).collect()
 }
