@@ -96,11 +96,18 @@ fn every_form_of_the_file_holds_the_same_lengths() {
     let wide = |text: String, unit: fn(u16) -> [u8; 2]| {
         [0xfeff].into_iter().chain(text.encode_utf16()).flat_map(unit).collect()
     };
-    let forms: [(&str, Box<Writer>); 5] = [
+    let unmarked = |text: String, unit: fn(u16) -> [u8; 2]| text.encode_utf16().flat_map(unit).collect();
+    let forms: [(&str, Box<Writer>); 8] = [
         ("semicolons", Box::new(|rows| foreign(rows, ";").into_bytes())),
         ("tabs", Box::new(|rows| foreign(rows, "\t").into_bytes())),
         ("UTF-16, little end first", Box::new(move |rows| wide(foreign(rows, ";"), u16::to_le_bytes))),
         ("UTF-16, big end first", Box::new(move |rows| wide(foreign(rows, "\t"), u16::to_be_bytes))),
+        ("UTF-16 without its mark", Box::new(move |rows| unmarked(foreign(rows, ";"), u16::to_le_bytes))),
+        (
+            "UTF-16 without its mark, big end first",
+            Box::new(move |rows| unmarked(foreign(rows, "\t"), u16::to_be_bytes)),
+        ),
+        ("carriage returns alone", Box::new(|rows| foreign(rows, ";").replace("\r\n", "\r").into_bytes())),
         (
             "quoted decimal commas",
             Box::new(|rows| {

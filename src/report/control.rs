@@ -36,6 +36,13 @@ pub struct ControlReport<'a> {
     pub notes: Vec<String>,
 }
 
+impl ControlReport<'_> {
+    /// Whether there is nothing to enter.
+    pub fn is_empty(&self) -> bool {
+        self.parameters.is_empty() && self.tables.is_empty() && self.backlash.is_empty()
+    }
+}
+
 fn control_name(control: Control) -> &'static str {
     match control {
         Control::LinuxCnc => "LinuxCNC",

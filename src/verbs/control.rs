@@ -159,9 +159,15 @@ pub fn run(arguments: &Arguments) -> Result<(), Refusal> {
     give(arguments, &report, &inputs)
 }
 
+/// Said in place of files without an entry.
+const NOTHING_TO_ENTER: &str = "no files are written, for these recordings determine nothing that is entered; 'fiveaxis identify' says which errors they determine";
+
 /// Writes the files and tells.
 fn give(arguments: &Arguments, report: &ControlReport, inputs: &[PathBuf]) -> Result<(), Refusal> {
     if let Some(folder) = &arguments.out {
+        if report.is_empty() {
+            return Err(NOTHING_TO_ENTER.into());
+        }
         write_all(vec![(folder.clone(), files(report))], inputs, Foreign::with(arguments.force))?;
     }
     match arguments.json {

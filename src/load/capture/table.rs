@@ -87,16 +87,22 @@ fn names_above_numbers(text: &str) -> String {
     format!(" (none of {} is known for them)", shown.join(", "))
 }
 
+/// Why a text is no table of a capture.
+fn no_header(text: &str) -> String {
+    let within = match filled(text).nth(PREAMBLE_LINES) {
+        Some(_) => format!(" within its first {PREAMBLE_LINES} lines"),
+        None => String::new(),
+    };
+    format!(
+        "has no header that names readings{}{within}; a capture has columns such as time_s and deviation_um, with numbers below",
+        names_above_numbers(text)
+    )
+}
+
 pub(super) fn from_table(file: &Path, text: &str) -> Result<Raw, LoadError> {
     let lines = || filled(text);
     let Some(Header { index: header, line, separator, units }) = header(text) else {
-        return Err(LoadError::file(
-            file,
-            format!(
-                "has no header that names readings{}; a capture has columns such as time_s and deviation_um, with numbers below",
-                names_above_numbers(text)
-            ),
-        ));
+        return Err(LoadError::file(file, no_header(text)));
     };
     let names = fields(line.trim_start_matches('#'), separator);
     let mut raw = Raw { rate_hz: None, ..Raw::default() };

@@ -9,7 +9,8 @@ use super::limits::Limit;
 use super::printable::hidden_in;
 use crate::load::LoadError;
 
-/// Text of a file of at most `limit` bytes; UTF-8, or UTF-16 with its byte order mark, which is dropped.
+/// Text of a file of at most `limit` bytes; UTF-8, or UTF-16, without its byte order mark. Lines may end as old programs end them, by a
+/// carriage return alone.
 pub fn read_limited(file: &Path, limit: Limit) -> Result<String, LoadError> {
     text_of(file, bytes_limited(file, limit).map_err(|message| LoadError::file(file, message))?)
 }
@@ -27,14 +28,19 @@ pub(crate) fn read_limited_or_latin(file: &Path, limit: Limit) -> Result<(String
 
 fn text_of(file: &Path, bytes: Vec<u8>) -> Result<String, LoadError> {
     let bytes = match wide_text(&bytes) {
-        Some(text) => return text.map_err(|message| LoadError::file(file, message)),
+        Some(text) => return text.map(with_lines).map_err(|message| LoadError::file(file, message)),
         None => bytes,
     };
     let text = String::from_utf8(bytes).map_err(|why| {
         let line = 1 + why.as_bytes()[..why.utf8_error().valid_up_to()].iter().filter(|&&b| b == b'\n').count();
         LoadError::line(file, line, "is not UTF-8 text; save it as UTF-8")
     })?;
-    Ok(text.strip_prefix('\u{feff}').map(str::to_string).unwrap_or(text))
+    Ok(with_lines(text.strip_prefix('\u{feff}').map(str::to_string).unwrap_or(text)))
+}
+
+/// Text whose lines end by a carriage return alone, with line feeds.
+fn with_lines(text: String) -> String {
+    if text.contains('\r') && !text.contains('\n') { text.replace('\r', "\n") } else { text }
 }
 
 /// Characters of the bytes 0x80 to 0x9f in Windows-1252; `_` where there is none.
@@ -50,22 +56,33 @@ fn latin_text(bytes: &[u8]) -> Option<String> {
     bytes.iter().map(|&byte| character(byte)).collect()
 }
 
-/// Text of two bytes a character, as spreadsheet programs save it; `None` without the byte order mark that tells it.
+/// Bytes of a file that are looked at for which of each two is zero.
+const LOOKED_AT: usize = 256;
+
+/// Whether the first bytes are Latin letters of two bytes each, the zero byte first or second in each pair.
+fn is_wide(bytes: &[u8], zero: usize) -> bool {
+    let pairs = bytes[..bytes.len().min(LOOKED_AT)].chunks_exact(2);
+    let letters = pairs.clone().filter(|pair| pair[zero] == 0 && pair[1 - zero] != 0).count();
+    // a unit such as µ is Latin too, Δ is not
+    pairs.len() >= 4 && letters * 10 >= pairs.len() * 9
+}
+
+/// Text of two bytes a character, as spreadsheet programs save it: by its byte order mark, or by the zeros between Latin letters; `None` of
+/// other text.
 fn wide_text(bytes: &[u8]) -> Option<Result<String, String>> {
-    let unit: fn([u8; 2]) -> u16 = match bytes {
-        [0xff, 0xfe, ..] => u16::from_le_bytes,
-        [0xfe, 0xff, ..] => u16::from_be_bytes,
+    let (unit, mark): (fn([u8; 2]) -> u16, usize) = match bytes {
+        [0xff, 0xfe, ..] => (u16::from_le_bytes, 2),
+        [0xfe, 0xff, ..] => (u16::from_be_bytes, 2),
+        _ if is_wide(bytes, 1) => (u16::from_le_bytes, 0),
+        _ if is_wide(bytes, 0) => (u16::from_be_bytes, 0),
         _ => return None,
     };
-    let pairs = bytes[2..].chunks_exact(2);
+    let pairs = bytes[mark..].chunks_exact(2);
     if !pairs.remainder().is_empty() {
         return Some(Err("is UTF-16 text that ends within a character; the file is cut off, fetch it again".into()));
     }
     let units: Vec<u16> = pairs.map(|pair| unit([pair[0], pair[1]])).collect();
-    Some(
-        String::from_utf16(&units)
-            .map_err(|_| "has a byte order mark of UTF-16 but is no such text; save it as UTF-8".into()),
-    )
+    Some(String::from_utf16(&units).map_err(|_| "begins as UTF-16 text but is no such text; save it as UTF-8".into()))
 }
 
 /// Content of a regular file of at most `limit` bytes; a refusal names no file.

@@ -7,6 +7,16 @@ use crate::verbs::output::remark;
 /// The session without tests that are planned and not recorded yet; says which they are.
 pub fn recorded(session: Session) -> Session {
     let (session, planned) = session.recorded();
+    if session.tests.iter().all(|test| test.recording.is_none()) {
+        let mut missing = session.tests.iter().filter_map(|test| test.recording_file.as_ref());
+        match (missing.next(), missing.count()) {
+            (None, _) => {}
+            (Some(only), 0) => remark(format_args!("the recording '{only}' is not there")),
+            (Some(first), others) => {
+                remark(format_args!("no recording is there, neither '{first}' nor the other {others}"));
+            }
+        }
+    }
     if let Some(first) = planned.first() {
         let which = match planned.len() {
             1 => format!("test '{first}' has no recording: it is"),
