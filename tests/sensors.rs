@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 use std::path::Path;
 
 use fiveaxis::chain::Composition;
-use fiveaxis::diagnose::diagnose;
+use fiveaxis::diagnose::{as_found, diagnose};
 use fiveaxis::identify::{Options, identify};
 use fiveaxis::load::load_session;
 use fiveaxis::session::Session;
@@ -23,9 +23,21 @@ struct Wrong {
     is_real: bool,
     /// Scale of each sensor.
     gains: [f64; 3],
+    /// What each reads of a part in the middle, mm.
+    zero_mm: f64,
+    /// How the part turns over time, and whether its angle is counted from 0 to 360 degrees.
+    turns_deg: fn(f64) -> f64,
+    is_folded: bool,
 }
 
-const RIGHT: Wrong = Wrong { scatter_deg: 0.0, is_real: false, gains: [1.0; 3] };
+const RIGHT: Wrong = Wrong {
+    scatter_deg: 0.0,
+    is_real: false,
+    gains: [1.0; 3],
+    zero_mm: 10.0,
+    turns_deg: |time_s| 120.0 * time_s,
+    is_folded: false,
+};
 
 /// One run of an eccentric part under three sensors, 100 readings a second, 2 µm of noise; all in one file.
 fn rotor(folder: &Path, wrong: Wrong) -> Session {
@@ -40,16 +52,17 @@ fn rotor(folder: &Path, wrong: Wrong) -> Session {
     let mut text = String::from("time_s,C_deg,first_mm,second_mm,third_mm,temperature_degC\n");
     for row in 0..1500 {
         let time_s = 0.01 * row as f64;
-        let even = 120.0 * time_s;
+        let even = (wrong.turns_deg)(time_s);
         let off = wrong.scatter_deg * normal();
         let turned = (even + if wrong.is_real { off } else { 0.0 }).to_radians();
-        write!(text, "{time_s:.2},{:.4}", even + off).unwrap();
+        let written = if wrong.is_folded { (even + off).rem_euclid(360.0) } else { even + off };
+        write!(text, "{time_s:.2},{written:.3}").unwrap();
         for (sensor, gain) in sensors.iter().zip(wrong.gains) {
             let [x, y] = ECCENTRIC_MM;
             let (sine, cosine) = turned.sin_cos();
             let at = [cosine * x - sine * y, sine * x + cosine * y];
             let along = at[0] * sensor.to_radians().cos() + at[1] * sensor.to_radians().sin();
-            write!(text, ",{:.5}", 10.0 + gain * along + 0.002 * normal()).unwrap();
+            write!(text, ",{:.5}", wrong.zero_mm + gain * along + 0.002 * normal()).unwrap();
         }
         text += ",20.0\n";
     }
@@ -104,6 +117,30 @@ fn an_angle_that_the_part_turned_by_stays_as_it_was_read() {
 }
 
 #[test]
+fn steps_and_ripples_are_no_scatter_however_coarse_the_positions() {
+    let folder = tempfile::tempdir().unwrap();
+    // half a degree, and rest; a ripple of 3 Hz: positions to 0.001 degrees, which readings do not follow
+    let steps = |time_s: f64| 0.5 * (2.0 * time_s).floor() + 0.5 * (10.0 * (2.0 * time_s).fract()).min(1.0);
+    let ripple = |time_s: f64| 10.0 * time_s + 0.3 * (18.85 * time_s).sin();
+    for turns_deg in [steps as fn(f64) -> f64, ripple as fn(f64) -> f64] {
+        let session = rotor(folder.path(), Wrong { turns_deg, ..RIGHT });
+        assert!(session.tests.iter().all(|test| test.recording.as_ref().unwrap().scatter.is_none()));
+        let fit = identify(&session, &Options { free: None, prior: None }).unwrap();
+        assert!(fit.rms_mm < 3e-3, "{}", fit.rms_mm);
+    }
+}
+
+#[test]
+fn an_angle_that_starts_anew_at_a_whole_turn_scatters_no_more() {
+    let folder = tempfile::tempdir().unwrap();
+    let session = rotor(folder.path(), Wrong { scatter_deg: 1.5, is_folded: true, ..RIGHT });
+    let scatter = session.tests[0].recording.as_ref().unwrap().scatter.expect("scatter").by.to_degrees();
+    assert!((scatter - 1.5).abs() < 0.1, "{scatter}");
+    let fit = identify(&session, &Options { free: None, prior: None }).unwrap();
+    assert!(fit.rms_mm < 6e-3, "{}", fit.rms_mm);
+}
+
+#[test]
 fn readings_that_are_kept_back_do_not_change_what_the_others_say_of_scatter() {
     let folder = tempfile::tempdir().unwrap();
     rotor(folder.path(), Wrong { scatter_deg: 1.5, ..RIGHT });
@@ -122,12 +159,22 @@ fn readings_that_are_kept_back_do_not_change_what_the_others_say_of_scatter() {
 }
 
 #[test]
-fn a_sensor_that_reads_too_much_is_named() {
+fn a_sensor_that_reads_too_much_is_named_and_what_is_saved_predicts_its_readings() {
     let folder = tempfile::tempdir().unwrap();
-    let session = rotor(folder.path(), Wrong { gains: [1.0, 1.2, 1.0], ..RIGHT });
-    let diagnosis = diagnose(&session, &Options { free: None, prior: None }).unwrap();
-    let first = &diagnosis.findings.first().expect("a finding").cause;
-    assert_eq!(first.effect, "sensor-gain", "{:?}", diagnosis.findings);
+    // sensors are zeroed at a pose, or not
+    for (zero_mm, gain) in [(10.0, 1.2), (0.0, 1.2), (0.0, 1.6)] {
+        let session = rotor(folder.path(), Wrong { gains: [1.0, gain, 1.0], zero_mm, ..RIGHT });
+        let diagnosis = diagnose(&session, &Options { free: None, prior: None }).unwrap();
+        let first = &diagnosis.findings.first().expect("a finding").cause;
+        assert_eq!(first.effect, "sensor-gain", "{:?}", diagnosis.findings);
+        let saved = as_found(&session, &diagnosis).unwrap();
+        for (test, trace) in session.tests.iter().zip(simulate(&saved, Composition::Exact).unwrap()) {
+            let read = &test.recording.as_ref().unwrap().length_mm;
+            let off = read.iter().zip(&trace.length_mm).map(|(read, predicted)| (read - predicted).powi(2));
+            let rms_mm = (off.sum::<f64>() / read.len() as f64).sqrt();
+            assert!(rms_mm < 3e-3, "zero {zero_mm} gain {gain}: {} is off by {rms_mm}", test.name);
+        }
+    }
 }
 
 #[test]

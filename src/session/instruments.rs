@@ -193,10 +193,15 @@ fn place_sensors(session: &mut Session, chain: &Chain, firsts: &[usize], target:
         is_sensor && mounting(&test.spindle_ball) == *target
     };
     let with: Vec<usize> = firsts.iter().copied().filter(|&index| looks_at(&session.tests[index])).collect();
-    let mut sensors: Vec<Mounting> = with.iter().map(|&index| mounting(&session.tests[index].pivot)).collect();
-    sensors.sort();
-    sensors.dedup();
-    let own = |test: &Test| sensors.iter().position(|sensor| *sensor == mounting(&test.pivot));
+    let sensor =
+        |test: &Test| Some((mounting(&test.pivot), test.reading.part()?.instrument_axes.column(0).into_owned()));
+    let mut sensors: Vec<(Mounting, Vector3<f64>)> = Vec::new();
+    for of in with.iter().filter_map(|&index| sensor(&session.tests[index])) {
+        if !sensors.contains(&of) {
+            sensors.push(of);
+        }
+    }
+    let own = |test: &Test| sensor(test).and_then(|of| sensors.iter().position(|other| *other == of));
     let columns = 3 + sensors.len();
     let (mut normal, mut right) = (DMatrix::<f64>::identity(columns, columns) * 1e-9, DVector::<f64>::zeros(columns));
     for &index in &with {
@@ -211,12 +216,16 @@ fn place_sensors(session: &mut Session, chain: &Chain, firsts: &[usize], target:
                 continue;
             }
             let mut column = DVector::<f64>::zeros(columns);
-            column[3 + own] = -1.0;
+            let mut known_mm = along.dot(&pose.point(&stated.unwrap_or_default()));
+            match is_open(&test.pivot) {
+                true => column[3 + own] = -1.0,
+                false => known_mm -= along.dot(&test.pivot.at),
+            }
             if stated.is_none() {
                 column.fixed_rows_mut::<3>(0).copy_from(&pose.rotation.tr_mul(&along));
             }
             normal += &column * column.transpose();
-            right += column * (reading - along.dot(&pose.point(&stated.unwrap_or_default())));
+            right += column * (reading - known_mm);
         }
     }
     let Some(found) = normal.cholesky().map(|factor| factor.solve(&right)) else { return };

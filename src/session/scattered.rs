@@ -1,116 +1,217 @@
 //! Positions that scatter from row to row as no axis moves, and do not show in the readings: the even motion of the axis takes
 //! their place. It knows times, positions and readings of one axis that moves alone, no geometry.
 //!
-//! Through positions and readings of the same few rows parabolas in time are laid. What they leave of the positions, `q − q̂`,
-//! would move a reading by `x = (q − q̂)·L'/q'` if the axis had been there. Readings follow by the share `β = Σ x (L − L̂) / Σ x²`:
-//! all of it where the axis moved so, or where only the time is read late; none where the angle was read wrongly. A position with
-//! noise flattens what is fitted over it (errors in variables: Fuller, Measurement Error Models, 1987).
+//! Through the positions about a row a parabola in time is laid, `q̂`, and through all readings of the recording one smooth function of it, `f(q̂)`.
+//! If the axis had been at `q`, a reading would be off from that by `x = (q − q̂)·f'(q̂)`. Readings follow by the share `β = Σ x (L − f) / Σ x²`:
+//! all of it where the axis moved so, by steps, by a ripple or evenly; none where its position was read wrongly. A position with noise flattens
+//! what is fitted over it (errors in variables: Fuller, Measurement Error Models, 1987).
+
+use std::f64::consts::{PI, TAU};
+
+use nalgebra::{DMatrix, DVector};
 
 use super::recording::{Recording, Scatter};
 use super::test::Test;
-use crate::statistics::{Local, Neighbours, parabolas, robust_sigma, third_differences};
+use crate::machine::{AxisKind, Machine};
+use crate::statistics::{Local, OF_THIRD_DIFFERENCES, parabolas, rms, robust_sigma, third_differences};
 
 /// Time before and after a row over which a motion is even, s: about what an axis takes to its speed.
-const EVEN: Neighbours = Neighbours::Within(0.5);
-/// Rows before and after a row within which readings are a parabola even where the axis is fast.
-const NEAR: Neighbours = Neighbours::Rows(6);
+const EVEN_S: f64 = 0.5;
 /// Share of the scatter that readings follow, with three of its standard deviations, below which it is noise: nearer to none than
 /// to all.
 const HALF_FOLLOWED: f64 = 0.5;
-/// Third differences of positions, of the steps from row to row, below which positions are even.
+/// Third differences of positions, of the steps from row to row, up to which positions are even.
 const LEAST_OF_STEP: f64 = 0.1;
-/// Standard deviations of the readings beyond which a row does not count: a corner of the motion, a spike of the gauge.
+/// Standard deviations of the readings beyond which a row does not count: a spike of the gauge.
 const MOST_SIGMAS: f64 = 4.0;
-/// Speeds below this share of the usual one say nothing of what a position does to a reading.
-const LEAST_SPEED: f64 = 0.2;
+/// Orders per turn of the smooth function of a turning axis: the form of a bearing and a surface.
+const ORDERS: usize = 12;
+/// Degree of the smooth function of an axis that makes no whole turn.
+const DEGREE: usize = 8;
+/// Fewest rows for each coefficient of it.
+const ROWS_OF_COEFFICIENT: usize = 10;
+/// Stretches of a recording whose scatter gives the standard deviation of the share: neighbouring rows are not independent.
+const STRETCHES: usize = 20;
 
-/// Puts the even motion in the place of positions that scatter without the readings following. Tests of one file, one after the
-/// other, decide together.
-pub(crate) fn even_out(tests: &mut [Test]) {
-    let is_of_one_file =
-        |one: &Test, other: &Test| one.recording_file.is_some() && one.recording_file == other.recording_file;
-    for group in tests.chunk_by_mut(is_of_one_file) {
-        even_out_file(group);
+/// Puts the even motion in the place of positions that scatter without the readings following. Tests of one file decide together.
+pub(crate) fn even_out(tests: &mut [Test], machine: &Machine) {
+    let mut decided: Vec<bool> = vec![false; tests.len()];
+    for first in 0..tests.len() {
+        let file = tests[first].recording_file.clone();
+        let is_of_file = |test: &Test| file.is_some() && test.recording_file == file;
+        let group: Vec<usize> = (first..tests.len()).filter(|&k| k == first || is_of_file(&tests[k])).collect();
+        if !decided[first] {
+            even_out_file(tests, &group, machine);
+        }
+        group.into_iter().for_each(|k| decided[k] = true);
     }
 }
 
-fn even_out_file(tests: &mut [Test]) {
-    let Some((column, even)) = tests[0].recording.as_ref().and_then(even_motion) else { return };
-    let recordings = || tests.iter().filter_map(|test| test.recording.as_ref());
-    let followed =
-        recordings().map(|recording| followed(recording, column, &even)).fold(Followed::default(), |sum, next| {
-            Followed {
-                products: sum.products + next.products,
-                squares: sum.squares + next.squares,
-                shown: sum.shown + next.shown,
-                rows: sum.rows + next.rows,
-            }
-        });
-    if !followed.is_noise() {
+fn even_out_file(tests: &mut [Test], group: &[usize], machine: &Machine) {
+    let Some(motion) = tests[group[0]].recording.as_ref().and_then(|recording| even_motion(recording, machine)) else {
+        return;
+    };
+    let recordings = group.iter().filter_map(|&test| tests[test].recording.as_ref());
+    let stretches: Vec<Stretch> = recordings.flat_map(|recording| stretches(&recording.length_mm, &motion)).collect();
+    if !are_noise(&stretches) {
         return;
     }
-    for recording in tests.iter_mut().filter_map(|test| test.recording.as_mut()) {
-        let off = recording.positions[column].iter().zip(&even).map(|(q, local)| (q - local.value).powi(2));
-        let by = (off.sum::<f64>() / even.len() as f64).sqrt();
-        recording.scatter = Some(Scatter { axis: recording.axes[column], by });
-        recording.positions[column] = even.iter().map(|local| local.value).collect();
+    for &test in group {
+        let Some(recording) = &mut tests[test].recording else { continue };
+        let mut off = Vec::new();
+        for (position, (even, turned)) in
+            recording.positions[motion.column].iter_mut().zip(motion.even.iter().zip(&motion.turned))
+        {
+            if let Some(even) = even {
+                let whole = *position - turned;
+                off.push(turned - even.value);
+                *position = even.value + whole;
+            }
+        }
+        recording.scatter = Some(Scatter { axis: recording.axes[motion.column], by: rms(off.into_iter()) });
     }
 }
 
-/// The column that alone moves, where its positions scatter, and its even motion.
-fn even_motion(recording: &Recording) -> Option<(usize, Vec<Local>)> {
+/// The motion of the column that alone moves.
+struct EvenMotion {
+    column: usize,
+    turns: bool,
+    /// Positions without whole turns between rows.
+    turned: Vec<f64>,
+    /// None for rows with too few about them.
+    even: Vec<Option<Local>>,
+}
+
+/// The motion of the column that alone moves, where its positions scatter.
+fn even_motion(recording: &Recording, machine: &Machine) -> Option<EvenMotion> {
     let time_s = recording.time_s()?;
     let moves = |column: &usize| recording.positions[*column].windows(2).any(|pair| pair[0] != pair[1]);
     let mut moving = (0..recording.positions.len()).filter(moves);
     let (Some(column), None) = (moving.next(), moving.next()) else { return None };
-    let positions = &recording.positions[column];
+    let mut turned = recording.positions[column].clone();
+    let turns = machine.axes[recording.axes[column]].kind == AxisKind::Rotary;
+    if turns {
+        unwrap(&mut turned);
+    }
     // most rows of a commanded path leave nothing
-    let steps = robust_sigma(positions.windows(2).map(|pair| pair[1] - pair[0]));
-    if robust_sigma(third_differences(positions)) < LEAST_OF_STEP * steps {
+    let steps = robust_sigma(turned.windows(2).map(|pair| pair[1] - pair[0]));
+    if robust_sigma(third_differences(&turned)) <= LEAST_OF_STEP * steps {
         return None;
     }
-    Some((column, parabolas(time_s, positions, EVEN).into_iter().collect::<Option<_>>()?))
+    let even = parabolas(time_s, &turned, EVEN_S);
+    Some(EvenMotion { column, turns, turned, even })
 }
 
-/// What readings say of the scatter of positions: sums over rows, in units of the readings' noise.
-#[derive(Default)]
-struct Followed {
-    /// `Σ x (L − L̂)`.
+/// Takes whole turns out of the steps from row to row: positions may be counted from 0 to 360°.
+fn unwrap(positions: &mut [f64]) {
+    for row in 1..positions.len() {
+        let step = positions[row] - positions[row - 1];
+        if step.abs() > PI {
+            positions[row] -= TAU * (step / TAU).round();
+        }
+    }
+}
+
+/// What readings say of the scatter over a stretch of a recording; `x` in units of the readings' noise.
+#[derive(Debug, Clone, Copy, Default)]
+struct Stretch {
+    /// `Σ x (L − f)`.
     products: f64,
     /// `Σ x²`.
     squares: f64,
-    /// The same of what is left of the even motion.
-    shown: f64,
     rows: usize,
 }
 
-impl Followed {
-    /// Whether the scatter would show above the noise of the readings, and does not.
-    fn is_noise(&self) -> bool {
-        let would_show = self.shown > self.rows as f64;
-        would_show && self.products / self.squares + 3.0 / self.squares.sqrt() < HALF_FOLLOWED
-    }
+/// Whether the scatter would show above the noise of the readings, and does not.
+fn are_noise(stretches: &[Stretch]) -> bool {
+    let squares: f64 = stretches.iter().map(|stretch| stretch.squares).sum();
+    let would_show = squares > stretches.iter().map(|stretch| stretch.rows as f64).sum();
+    let followed = stretches.iter().map(|stretch| stretch.products).sum::<f64>() / squares;
+    let off = stretches.iter().map(|stretch| (stretch.products - followed * stretch.squares).powi(2));
+    would_show && followed + 3.0 * off.sum::<f64>().sqrt() / squares < HALF_FOLLOWED
 }
 
-/// Sums over the rows of a recording.
-fn followed(recording: &Recording, column: usize, even: &[Local]) -> Followed {
-    let (positions, lengths) = (&recording.positions[column], &recording.length_mm);
-    let near = |values: &[f64]| recording.time_s().map_or_else(Vec::new, |time_s| parabolas(time_s, values, NEAR));
-    let left = |value: f64, near: &Option<Local>| near.map_or(f64::NAN, |local| value - local.value);
-    let readings = near(lengths);
-    let off_mm: Vec<f64> = lengths.iter().zip(&readings).map(|(length, near)| left(*length, near)).collect();
-    let sigma_mm = robust_sigma(off_mm.iter().copied());
-    let usual_speed = robust_sigma(even.iter().map(|local| local.slope));
-    let mut sum = Followed::default();
-    for (row, (position, even)) in near(positions).iter().zip(even).enumerate() {
-        let off = left(positions[row], position);
-        let counts = off_mm[row].abs() < MOST_SIGMAS * sigma_mm && even.slope.abs() > LEAST_SPEED * usual_speed;
-        let Some(reading) = readings[row].filter(|_| counts && off.is_finite()) else { continue };
-        let moves = reading.slope / even.slope / sigma_mm;
-        sum.products += off * moves * off_mm[row] / sigma_mm;
-        sum.squares += (off * moves).powi(2);
-        sum.shown += ((positions[row] - even.value) * moves).powi(2);
-        sum.rows += 1;
+/// Sums by stretch; none where rows are too few.
+fn stretches(lengths_mm: &[f64], motion: &EvenMotion) -> Vec<Stretch> {
+    let row = |row: usize| {
+        let even = motion.even.get(row).copied().flatten()?;
+        lengths_mm[row].is_finite().then_some((even.value, motion.turned[row] - even.value, lengths_mm[row]))
+    };
+    let rows: Vec<(f64, f64, f64)> = (0..lengths_mm.len()).filter_map(row).collect();
+    let Some(smooth) = Smooth::of(&rows, motion.turns) else { return Vec::new() };
+    let left_mm: Vec<f64> = rows.iter().map(|&(even, _, length)| length - smooth.value(even)).collect();
+    let noise_mm = robust_sigma(third_differences(&left_mm)) / OF_THIRD_DIFFERENCES.sqrt();
+    let most_mm = MOST_SIGMAS * robust_sigma(left_mm.iter().copied());
+    let of_stretch = |(rows, left_mm): (&[(f64, f64, f64)], &[f64])| {
+        let counted = rows.iter().zip(left_mm).filter(|(_, left)| left.abs() < most_mm);
+        counted.fold(Stretch::default(), |sum, (&(even, off, _), left)| {
+            let x = off * smooth.slope(even) / noise_mm;
+            Stretch { products: sum.products + x * left / noise_mm, squares: sum.squares + x * x, rows: sum.rows + 1 }
+        })
+    };
+    let of_rows = rows.len().div_ceil(STRETCHES).max(1);
+    rows.chunks(of_rows).zip(left_mm.chunks(of_rows)).map(of_stretch).collect()
+}
+
+/// A smooth function of positions: Fourier's to an order per turn, or a polynomial where there is no whole turn.
+struct Smooth {
+    /// Middle and half of the travel; `None`: whole turns.
+    travel: Option<(f64, f64)>,
+    coefficients: DVector<f64>,
+}
+
+impl Smooth {
+    /// Through lengths over even positions.
+    fn of(rows: &[(f64, f64, f64)], turns: bool) -> Option<Smooth> {
+        let ends = |(low, high): (f64, f64), row: &(f64, f64, f64)| (low.min(row.0), high.max(row.0));
+        let (low, high) = rows.iter().fold((f64::INFINITY, f64::NEG_INFINITY), ends);
+        let travel = (!(turns && high - low > TAU)).then_some((0.5 * (low + high), 0.5 * (high - low)));
+        let count = if travel.is_some() { 1 + DEGREE } else { 1 + 2 * ORDERS };
+        let mut smooth = Smooth { travel, coefficients: DVector::zeros(count) };
+        if rows.len() < ROWS_OF_COEFFICIENT * count || high <= low {
+            return None;
+        }
+        let (mut normal, mut right) = (DMatrix::zeros(count, count), DVector::zeros(count));
+        for &(even, _, length) in rows {
+            let terms = smooth.terms(even, false);
+            normal.ger(1.0, &terms, &terms, 1.0);
+            right.axpy(length, &terms, 1.0);
+        }
+        smooth.coefficients = normal.cholesky()?.solve(&right);
+        Some(smooth)
     }
-    sum
+
+    fn value(&self, position: f64) -> f64 {
+        self.coefficients.dot(&self.terms(position, false))
+    }
+
+    fn slope(&self, position: f64) -> f64 {
+        self.coefficients.dot(&self.terms(position, true))
+    }
+
+    /// The functions at a position, or their slopes.
+    fn terms(&self, position: f64, of_slope: bool) -> DVector<f64> {
+        let term = |k: usize| match self.travel {
+            // Chebyshev's polynomials, whose normal matrix is well conditioned: T = cos k acos z
+            Some((middle, half)) => {
+                let angle = ((position - middle) / half).clamp(-1.0, 1.0).acos();
+                let order = k as f64;
+                match of_slope {
+                    false => (order * angle).cos(),
+                    true => order * (order * angle).sin() / angle.sin().max(f64::EPSILON) / half,
+                }
+            }
+            None => {
+                let order = k.div_ceil(2) as f64;
+                let (sine, cosine) = (order * position).sin_cos();
+                match (k % 2 == 1, of_slope) {
+                    (true, false) => sine,
+                    (false, false) => cosine,
+                    (true, true) => order * cosine,
+                    (false, true) => -order * sine,
+                }
+            }
+        };
+        DVector::from_fn(self.coefficients.len(), |k, _| term(k))
+    }
 }

@@ -1,5 +1,7 @@
 //! One test, and a session: tests on one machine in the order of their file. It holds what was done, not what it means.
 
+use std::collections::{HashMap, HashSet};
+
 use super::ball::{Ball, Spread, Zero};
 use super::marks::Marks;
 use super::path::Path;
@@ -120,12 +122,14 @@ impl Session {
     /// Whether no test says when it ran: several that were recorded over time begin at 0, and at the same time.
     pub fn states_no_times(&self) -> bool {
         let timed = || self.tests.iter().filter_map(|test| Some((test, test.span_s()?)));
-        let mut spans: Vec<_> = timed().map(|(test, span)| (span, test.recording_file.as_ref())).collect();
-        spans.sort_by(|(one, _), (other, _)| one.0.total_cmp(&other.0));
         // several instruments in one file were read at once
-        spans.dedup_by(|(_, one), (_, other)| one.is_some() && one == other);
+        let mut files = HashSet::new();
+        let first_of_file =
+            timed().filter(|(test, _)| test.recording_file.clone().is_none_or(|file| files.insert(file)));
+        let mut spans: Vec<(f64, f64)> = first_of_file.map(|(_, span)| span).collect();
+        spans.sort_by(|one, other| one.0.total_cmp(&other.0));
         // clocks that count on through a session say it
-        let are_at_once = spans.windows(2).any(|pair| pair[1].0.0 < pair[0].0.1);
+        let are_at_once = spans.windows(2).any(|pair| pair[1].0 < pair[0].1);
         are_at_once && timed().all(|(test, _)| test.started_at_s == 0.0)
     }
 
@@ -146,15 +150,15 @@ impl Session {
     /// The session with its tests one after the other, in their order and without pauses; those of one file at once.
     pub fn one_after_the_other(mut self) -> Session {
         let mut ended_s = 0.0;
-        let mut before: Option<(Option<String>, f64)> = None;
+        let mut of_files: HashMap<String, f64> = HashMap::new();
         for test in &mut self.tests {
             let Some((begins_s, ends_s)) = test.span_s() else { continue };
             // several instruments were read into one file: at once
-            let at_once = before.filter(|(file, _)| file.is_some() && *file == test.recording_file);
-            let later_s = at_once.map_or((ended_s - begins_s).max(-test.started_at_s), |(_, later_s)| later_s);
+            let at_once = test.recording_file.as_ref().and_then(|file| of_files.get(file).copied());
+            let later_s = at_once.unwrap_or_else(|| (ended_s - begins_s).max(-test.started_at_s));
             test.started_at_s += later_s;
             ended_s = ended_s.max(ends_s + later_s);
-            before = Some((test.recording_file.clone(), later_s));
+            of_files.extend(test.recording_file.clone().map(|file| (file, later_s)));
         }
         self
     }

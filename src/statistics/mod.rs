@@ -22,7 +22,7 @@ pub use moments::{Fitted, mean, rms};
 pub use noise::{Absorbed, fit_noise, misfit, white_noise};
 pub(crate) use noise_model::NOISE_FLOOR_MM;
 pub use noise_model::NoiseModel;
-pub(crate) use parabolas::{Local, Neighbours, parabolas};
+pub(crate) use parabolas::{Local, parabolas};
 pub(crate) use principal::principal;
 pub(crate) use products::{add_cross_products, add_products, add_products_with};
 pub use robust::median;

@@ -125,7 +125,10 @@ pub fn run(arguments: &Arguments) -> Result<(), Refusal> {
                 let text = parts_csv(&session.machine, test, part, &trace.motion, &numbers);
                 // several instruments may stand in one file, each with its columns
                 match sightings.iter_mut().find(|(other, _)| is_named_before && *other == name) {
-                    Some((_, together)) => *together = with_columns_of(together, &text, &part.columns).unwrap_or(text),
+                    Some((_, together)) => {
+                        *together = with_columns_of(together, &text, &part.columns)
+                            .ok_or_else(|| format!("test '{}' and another one are read into {name}, of other rows or columns; give one a file of its own", part.of))?;
+                    }
                     None => sightings.push((name, text)),
                 }
             } else {

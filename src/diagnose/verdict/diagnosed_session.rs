@@ -2,7 +2,7 @@
 
 use super::diagnosis::{DiagnoseError, Diagnosis};
 use crate::chain::Chain;
-use crate::effects::{NamedBall, name_place};
+use crate::effects::{Context, EffectError, NamedBall, Profile, kind, name_place};
 use crate::identify::{self, Problem, fitted_session};
 use crate::machine::{Effect, Place};
 use crate::session::{Ball, Session, Setups, Test};
@@ -23,7 +23,29 @@ pub fn as_found(session: &Session, diagnosis: &Diagnosis) -> Result<Session, Dia
     for effect in &mut found.machine.effects {
         follow_ball(effect, session, &found.tests);
     }
+    let places = Chain::of(&found.machine);
+    let (stated, fitted) = (Context::of(&explained, &chain)?, Context::of(&found, &places)?);
+    let same_course = |(before, after)| same_course(before, after, (&stated, &fitted));
+    let effects = explained.machine.effects.iter().zip(&found.machine.effects);
+    let effects = effects.map(same_course).collect::<Result<Vec<Effect>, EffectError>>()?;
+    drop(fitted);
+    found.machine.effects = effects;
     Ok(found)
+}
+
+/// An effect with the size by which it does, with balls and sensors where they were fitted, what it did where they were stated.
+fn same_course(before: &Effect, after: &Effect, (stated, fitted): (&Context, &Context)) -> Result<Effect, EffectError> {
+    let Some(kind) = kind(&after.kind) else { return Ok(after.clone()) };
+    let (one, other) = (kind.shape(stated, before)?, kind.shape(fitted, after)?);
+    let ([one], [other]) = (one.as_slice(), other.as_slice()) else { return Ok(after.clone()) };
+    let product =
+        |a: &Profile, b: &Profile| a.iter().flatten().zip(b.iter().flatten()).map(|(a, b)| a * b).sum::<f64>();
+    let share = product(one, other) / product(other, other);
+    let mut effect = after.clone();
+    if share.is_finite() && share > 0.0 {
+        effect.sizes.iter_mut().for_each(|size| size.value *= share);
+    }
+    Ok(effect)
 }
 
 /// A slip names the ball concerned by its place: that must be the fitted place when the ball has one.

@@ -21,7 +21,7 @@ pub(crate) fn read_limited_or_latin(file: &Path, limit: Limit) -> Result<(String
     let latin =
         if wide_text(&bytes).is_none() && std::str::from_utf8(&bytes).is_err() { latin_text(&bytes) } else { None };
     match latin {
-        Some(text) => Ok((text, true)),
+        Some(text) => Ok((with_lines(text), true)),
         None => Ok((text_of(file, bytes)?, false)),
     }
 }

@@ -30,6 +30,11 @@ impl Wanted {
             && self.kind.column_sets().iter().flat_map(|set| set.iter()).any(|usual| self.in_file(usual) == name)
     }
 
+    /// The columns that a recording has which is not there yet, under their names in the file.
+    pub fn first_set(&self) -> Vec<String> {
+        self.kind.column_sets()[0].iter().map(|usual| self.in_file(usual).to_string()).collect()
+    }
+
     /// The set of columns that a header has, under their names in the file.
     pub fn set_in(&self, names: &[&str]) -> Option<Vec<String>> {
         let sets = self.kind.column_sets().iter();

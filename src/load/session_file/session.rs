@@ -84,7 +84,7 @@ pub fn load_session_with(file: &Path, rows: Rows) -> Result<Session, LoadError> 
         }
         tests.extend(read);
     }
-    even_out(&mut tests);
+    even_out(&mut tests, &machine);
     let name = raw
         .name
         .unwrap_or_else(|| file.file_stem().map(|stem| stem.to_string_lossy().into_owned()).unwrap_or_default());

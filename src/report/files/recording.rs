@@ -131,19 +131,22 @@ pub fn parts_csv(machine: &Machine, test: &Test, part: &Part, motion: &Motion, n
     text
 }
 
-/// A recording with some columns as another one of the same rows has them: two instruments may be read into one file. `None` where a
-/// column is missing or rows differ.
+/// A recording with some columns as another one of the same rows has them: two instruments may be read into one file. A column that it has not is
+/// added. `None` where the other has none either, or rows differ.
 pub fn with_columns_of(text: &str, other: &str, columns: &[String]) -> Option<String> {
     let header = text.lines().next()?;
     let place = |header: &str, column: &String| header.split(',').position(|name| name == column);
-    let of_column = |column: &String| Some((place(header, column)?, place(other.lines().next()?, column)?));
-    let places: Vec<(usize, usize)> = columns.iter().map(of_column).collect::<Option<_>>()?;
+    let of_column = |column: &String| Some((place(header, column), place(other.lines().next()?, column)?));
+    let places: Vec<(Option<usize>, usize)> = columns.iter().map(of_column).collect::<Option<_>>()?;
     let are_alike = !places.is_empty() && text.lines().count() == other.lines().count();
     let row = |(line, other): (&str, &str)| {
         let mut fields: Vec<&str> = line.split(',').collect();
         let others: Vec<&str> = other.split(',').collect();
         for &(to, from) in &places {
-            *fields.get_mut(to)? = others.get(from)?;
+            match to {
+                Some(to) => *fields.get_mut(to)? = others.get(from)?,
+                None => fields.push(others.get(from)?),
+            }
         }
         Some(fields.join(",") + "\n")
     };
