@@ -13,7 +13,7 @@ use nalgebra::{DMatrix, DVector};
 use super::recording::{Recording, Scatter};
 use super::test::Test;
 use crate::machine::{AxisKind, Machine};
-use crate::statistics::{Local, OF_THIRD_DIFFERENCES, parabolas, rms, robust_sigma, third_differences};
+use crate::statistics::{Local, noise_of_rows, parabolas, rms, robust_sigma, third_differences};
 
 /// Time before and after a row over which a motion is even, s: about what an axis takes to its speed.
 const EVEN_S: f64 = 0.5;
@@ -35,15 +35,13 @@ const STRETCHES: usize = 20;
 
 /// Puts the even motion in the place of positions that scatter without the readings following. Tests of one file decide together.
 pub(crate) fn even_out(tests: &mut [Test], machine: &Machine) {
-    let mut decided: Vec<bool> = vec![false; tests.len()];
     for first in 0..tests.len() {
-        let file = tests[first].recording_file.clone();
-        let is_of_file = |test: &Test| file.is_some() && test.recording_file == file;
-        let group: Vec<usize> = (first..tests.len()).filter(|&k| k == first || is_of_file(&tests[k])).collect();
-        if !decided[first] {
+        let file = &tests[first].recording_file;
+        let is_of_file = |test: &Test| file.is_some() && test.recording_file == *file;
+        if !tests[..first].iter().any(is_of_file) {
+            let group: Vec<usize> = (first..tests.len()).filter(|&k| k == first || is_of_file(&tests[k])).collect();
             even_out_file(tests, &group, machine);
         }
-        group.into_iter().for_each(|k| decided[k] = true);
     }
 }
 
@@ -140,7 +138,7 @@ fn stretches(lengths_mm: &[f64], motion: &EvenMotion) -> Vec<Stretch> {
     let rows: Vec<(f64, f64, f64)> = (0..lengths_mm.len()).filter_map(row).collect();
     let Some(smooth) = Smooth::of(&rows, motion.turns) else { return Vec::new() };
     let left_mm: Vec<f64> = rows.iter().map(|&(even, _, length)| length - smooth.value(even)).collect();
-    let noise_mm = robust_sigma(third_differences(&left_mm)) / OF_THIRD_DIFFERENCES.sqrt();
+    let noise_mm = noise_of_rows(&left_mm);
     let most_mm = MOST_SIGMAS * robust_sigma(left_mm.iter().copied());
     let of_stretch = |(rows, left_mm): (&[(f64, f64, f64)], &[f64])| {
         let counted = rows.iter().zip(left_mm).filter(|(_, left)| left.abs() < most_mm);

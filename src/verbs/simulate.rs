@@ -117,14 +117,13 @@ pub fn run(arguments: &Arguments) -> Result<(), Refusal> {
         if let Some(part) = test.reading.part() {
             if part.leads() {
                 let name = test.recording_file.clone().unwrap_or_else(|| format!("{}.csv", part.of));
-                let is_named_before = files.contains(&Some(name.clone()));
                 files.push(Some(name.clone()));
                 // the numbers of a reading follow each other
                 let own = &traces[index..index + part.kind.scalars().len()];
                 let numbers: Vec<&[f64]> = own.iter().map(|trace| trace.length_mm.as_slice()).collect();
                 let text = parts_csv(&session.machine, test, part, &trace.motion, &numbers);
                 // several instruments may stand in one file, each with its columns
-                match sightings.iter_mut().find(|(other, _)| is_named_before && *other == name) {
+                match sightings.iter_mut().find(|(other, _)| *other == name) {
                     Some((_, together)) => {
                         *together = with_columns_of(together, &text, &part.columns)
                             .ok_or_else(|| format!("test '{}' and another one are read into {name}, of other rows or columns; give one a file of its own", part.of))?;

@@ -23,14 +23,18 @@ pub fn as_found(session: &Session, diagnosis: &Diagnosis) -> Result<Session, Dia
     for effect in &mut found.machine.effects {
         follow_ball(effect, session, &found.tests);
     }
-    let places = Chain::of(&found.machine);
-    let (stated, fitted) = (Context::of(&explained, &chain)?, Context::of(&found, &places)?);
-    let same_course = |(before, after)| same_course(before, after, (&stated, &fitted));
-    let effects = explained.machine.effects.iter().zip(&found.machine.effects);
-    let effects = effects.map(same_course).collect::<Result<Vec<Effect>, EffectError>>()?;
-    drop(fitted);
-    found.machine.effects = effects;
+    found.machine.effects = sized_anew(&explained, &found)?;
     Ok(found)
+}
+
+/// The effects of a fitted session, each as in [`same_course`].
+fn sized_anew(explained: &Session, found: &Session) -> Result<Vec<Effect>, DiagnoseError> {
+    let (stated_chain, fitted_chain) = (Chain::of(&explained.machine), Chain::of(&found.machine));
+    let (stated, fitted) = (Context::of(explained, &stated_chain)?, Context::of(found, &fitted_chain)?);
+    let effects = explained.machine.effects.iter().zip(&found.machine.effects);
+    Ok(effects
+        .map(|(before, after)| same_course(before, after, (&stated, &fitted)))
+        .collect::<Result<_, EffectError>>()?)
 }
 
 /// An effect with the size by which it does, with balls and sensors where they were fitted, what it did where they were stated.

@@ -30,16 +30,15 @@ impl Wanted {
             && self.kind.column_sets().iter().flat_map(|set| set.iter()).any(|usual| self.in_file(usual) == name)
     }
 
-    /// The columns that a recording has which is not there yet, under their names in the file.
-    pub fn first_set(&self) -> Vec<String> {
-        self.kind.column_sets()[0].iter().map(|usual| self.in_file(usual).to_string()).collect()
+    /// Sets of columns that may hold the readings, under their names in the file, the usual one first.
+    pub fn sets(&self) -> impl Iterator<Item = Vec<String>> + '_ {
+        let own = |set: &&[&str]| set.iter().map(|usual| self.in_file(usual).to_string()).collect();
+        self.kind.column_sets().iter().map(own)
     }
 
     /// The set of columns that a header has, under their names in the file.
     pub fn set_in(&self, names: &[&str]) -> Option<Vec<String>> {
-        let sets = self.kind.column_sets().iter();
-        let own = sets.map(|set| set.iter().map(|usual| self.in_file(usual).to_string()).collect::<Vec<_>>());
-        own.into_iter().find(|set| set.iter().all(|name| names.contains(&name.as_str())))
+        self.sets().find(|set| set.iter().all(|name| names.contains(&name.as_str())))
     }
 }
 

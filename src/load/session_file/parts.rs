@@ -125,7 +125,8 @@ impl TestReader<'_> {
         let rows = test.rows();
         let mut numbers = vec![vec![f64::NAN; rows]; 3];
         let mut measured = Vec::new();
-        let mut columns = if wanted.renamed.is_empty() { Vec::new() } else { wanted.first_set() };
+        // what a recording that is not there yet will have, where the session names it
+        let mut columns = wanted.sets().next().filter(|_| !wanted.renamed.is_empty()).unwrap_or_default();
         let mut recording = test.recording.clone();
         if let (Some(read), Some(recording)) = (&read, &mut recording) {
             let names: Vec<&str> = recording.channels.iter().map(|(name, _)| name.as_str()).collect();

@@ -4,6 +4,7 @@ use std::collections::BTreeSet;
 
 use fiveaxis::machine::AxisKind;
 use fiveaxis::session::{Scatter, Session, Test};
+use fiveaxis::units::UM_PER_MM;
 
 use crate::verbs::output::remark;
 
@@ -57,6 +58,3 @@ pub fn tell_scatter(session: &Session) {
         axis.name
     ));
 }
-
-/// µm in a mm.
-const UM_PER_MM: f64 = 1e3;
