@@ -331,18 +331,25 @@ fn judged_from_memory(session: &Session, ground: &LinearModel, noise: &[NoiseMod
     let accepted: Vec<Accepted> =
         squareness(session, ground).into_iter().map(|column| Accepted { column, prior: 10.0 }).collect();
     assert!(!accepted.is_empty());
-    // the first stage fills the memory, the others take from it: beside another model, and under half the noise
+    // the first stage fills the memory, the others take from it: beside another model, and under half the noise, also of every
+    // second test alone
     let whitened = Arc::new(WhitenedData::new(ground, noise, &kept));
+    let groups: Vec<usize> = (0..noise.len()).map(|test| test % 2).collect();
+    let grouped = Arc::new(WhitenedData::new(ground, noise, &kept).grouped(groups.clone()));
     let quieter: Vec<NoiseModel> = noise.iter().map(|noise| noise.scaled(0.5)).collect();
+    let of_group = |(noise, &group): (&NoiseModel, &usize)| noise.scaled(if group == 0 { 1.0 } else { 0.5 });
+    let partly_quieter: Vec<NoiseModel> = noise.iter().zip(&groups).map(of_group).collect();
     let stages = [
         Regression::on(whitened.clone(), &[]),
         Regression::on(whitened.clone(), &accepted),
-        Regression::weighted(whitened, 4.0, &accepted),
+        Regression::weighted(whitened, vec![4.0], &accepted),
+        Regression::weighted(grouped, vec![1.0, 4.0], &accepted),
     ];
     let anew = [
         Regression::new(ground, noise, &[], &kept),
         Regression::new(ground, noise, &accepted, &kept),
         Regression::new(ground, &quieter, &accepted, &kept),
+        Regression::new(ground, &partly_quieter, &accepted, &kept),
     ];
     let mut judged = 0;
     for (index, family) in families.iter().enumerate().filter(|(_, family)| family.by_test.is_empty()) {
@@ -352,6 +359,9 @@ fn judged_from_memory(session: &Session, ground: &LinearModel, noise: &[NoiseMod
         let columns = ground.columns(effect, &terms).expect("columns");
         for (stage, anew) in stages.iter().zip(&anew) {
             let mut last = LastShape::default();
+            // a shape with its first column alone was judged before: what is known of that column is taken over
+            let other = families.len() + index;
+            stage.judge_shape((other, effect), (&profiles, &terms[..1]), family.plausible, &mut last);
             let remembered = stage.judge_shape((index, effect), (&profiles, &terms), family.plausible, &mut last);
             let expected = anew.judge(&columns, family.plausible);
             let allowed = 1e-6 * (1.0 + expected.chi2.abs());

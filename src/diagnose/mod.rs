@@ -39,9 +39,10 @@ pub use verdict::location_errors::{HangsOn, Moved};
 pub use verdict::shares::{ShareOfReadings, Source};
 
 // Parts of the search that only `tests/diagnose_parts.rs` uses, beside this room: it compares each with what it stands for.
+pub use model::last_shape::LastShape;
 pub use model::linear_model::{Column, LinearModel, Term};
 pub use model::regression::{Accepted, Regression};
-pub use model::whitened::{LastShape, WhitenedData};
+pub use model::whitened::WhitenedData;
 pub use noise::noise_floor::noise_floor;
 pub use selection::screening::candidates::{families, terms};
 pub use validation::cross_validation::{CHUNK_S, held_out_rows};

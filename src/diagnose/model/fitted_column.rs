@@ -11,7 +11,7 @@ pub struct FittedColumn {
     column: Column,
     /// The one test in which it acts, if it is one.
     pub home: Option<usize>,
-    /// By test; empty where it does nothing.
+    /// By test, over the rows that are kept; empty where it does nothing.
     pub white: Vec<Vec<f64>>,
     /// By test: products with the unknowns that the test sees, and with the readings.
     pub with_base: Vec<Vec<f64>>,
@@ -23,7 +23,7 @@ impl FittedColumn {
     /// A column under a noise: `whiten` filters a test's column in place, `base` holds what the test's sums are taken with.
     pub fn new<'w>(
         column: &Column,
-        whiten: impl Fn(usize, &mut [f64]),
+        whiten: impl Fn(usize, &mut Vec<f64>),
         base: impl Fn(usize) -> &'w [f64],
     ) -> FittedColumn {
         let in_test = |(test, rows): (usize, &Vec<f64>)| {
@@ -49,8 +49,8 @@ impl FittedColumn {
         Arc::strong_count(&self.column.by_test) > 1
     }
 
-    /// Its values whitened and, by the transpose of the filter in place, once more; by test.
-    pub fn twice(&self, whiten_transposed: impl Fn(usize, &mut [f64])) -> &[Vec<f64>] {
+    /// Its values whitened and, by the transpose of the filter, once more; by test, over the rows that are kept.
+    pub fn twice(&self, whiten_transposed: impl Fn(usize, &mut Vec<f64>)) -> &[Vec<f64>] {
         self.twice.get_or_init(|| {
             let mut twice = self.white.clone();
             let acting = twice.iter_mut().enumerate().filter(|(_, rows)| !rows.is_empty());

@@ -3,6 +3,8 @@
 pub(crate) mod decimate;
 pub(crate) mod eliminated;
 pub(crate) mod fitted_column;
+pub(crate) mod kept_rows;
+pub(crate) mod last_shape;
 pub(crate) mod linear_model;
 pub(crate) mod long_recordings;
 pub(crate) mod prior_penalty;

@@ -23,10 +23,7 @@ pub(super) enum Gram {
 impl Products {
     /// Products with each other over all tests.
     pub fn gram(&self) -> DMatrix<f64> {
-        match &self.gram {
-            Gram::Whole(gram) => gram.clone(),
-            Gram::ByTest(tests) => sum(tests.iter().flatten(), self.z.len()),
-        }
+        self.gram.whole(self.z.len())
     }
 
     /// Product of a column with itself.
@@ -68,30 +65,84 @@ impl Products {
         }
     }
 
-    /// The same where squares of the readings count so many times as much.
-    pub(super) fn weighted(mut self, weight: f64) -> Products {
-        if weight != 1.0 {
-            let times = |own: &Arc<TestGram>| {
-                let sums = own.sums.iter().map(|sum| weight * sum).collect();
-                Arc::new(TestGram { present: own.present.clone(), sums })
-            };
-            self.gram = match self.gram {
-                Gram::Whole(gram) => Gram::Whole(gram * weight),
-                Gram::ByTest(tests) => Gram::ByTest(tests.iter().map(|own| own.as_ref().map(times)).collect()),
-            };
-            self.cross *= weight;
-            self.z *= weight;
-        }
-        self
-    }
-
     /// Numbers that it holds.
-    pub(super) fn values(&self) -> usize {
+    fn values(&self) -> usize {
         let gram = match &self.gram {
             Gram::Whole(gram) => gram.len(),
             Gram::ByTest(tests) => tests.iter().flatten().map(|own| own.sums.len()).sum(),
         };
         gram + self.cross.len() + self.z.len()
+    }
+}
+
+/// Products by group of tests, for readings of one group count as many times as they were whitened for.
+#[derive(Debug, Clone)]
+pub(super) struct ByGroup(pub Vec<Products>);
+
+impl ByGroup {
+    /// Products over all tests where squares of the readings of each group count so many times.
+    pub fn weighted(&self, weights: &[f64]) -> Products {
+        let mut all = self.0.iter().zip(weights).map(|(own, weight)| own.times(*weight));
+        let first = all.next().unwrap_or_else(Products::none);
+        all.fold(first, Products::with)
+    }
+
+    /// Products of some of the columns.
+    pub fn of_some(&self, columns: &[usize]) -> ByGroup {
+        ByGroup(self.0.iter().map(|own| own.of_some(columns)).collect())
+    }
+
+    /// Numbers that it holds.
+    pub fn values(&self) -> usize {
+        self.0.iter().map(Products::values).sum()
+    }
+}
+
+impl Products {
+    /// Products of no columns.
+    fn none() -> Products {
+        Products { gram: Gram::ByTest(Vec::new()), cross: DMatrix::zeros(0, 0), z: DVector::zeros(0) }
+    }
+
+    /// The same where squares of the readings count so many times as much.
+    fn times(&self, weight: f64) -> Products {
+        if weight == 1.0 {
+            return self.clone();
+        }
+        let times = |own: &Arc<TestGram>| {
+            let sums = own.sums.iter().map(|sum| weight * sum).collect();
+            Arc::new(TestGram { present: own.present.clone(), sums })
+        };
+        let gram = match &self.gram {
+            Gram::Whole(gram) => Gram::Whole(gram * weight),
+            Gram::ByTest(tests) => Gram::ByTest(tests.iter().map(|own| own.as_ref().map(times)).collect()),
+        };
+        Products { gram, cross: &self.cross * weight, z: &self.z * weight }
+    }
+
+    /// The sum with products of the same columns over other tests.
+    fn with(self, other: Products) -> Products {
+        let gram = match (self.gram, other.gram) {
+            (Gram::ByTest(own), Gram::ByTest(others)) => {
+                Gram::ByTest(own.into_iter().zip(others).map(|(own, other)| own.or(other)).collect())
+            }
+            (Gram::Whole(own), Gram::Whole(others)) => Gram::Whole(own + others),
+            (own, others) => {
+                let count = self.z.len();
+                Gram::Whole(own.whole(count) + others.whole(count))
+            }
+        };
+        Products { gram, cross: self.cross + other.cross, z: self.z + other.z }
+    }
+}
+
+impl Gram {
+    /// Products of `count` columns over all tests.
+    fn whole(&self, count: usize) -> DMatrix<f64> {
+        match self {
+            Gram::Whole(gram) => gram.clone(),
+            Gram::ByTest(tests) => sum(tests.iter().flatten(), count),
+        }
     }
 }
 
@@ -121,7 +172,7 @@ impl TestGram {
     }
 
     /// Product of two of the present columns.
-    fn product(&self, a: usize, b: usize) -> f64 {
+    pub(super) fn product(&self, a: usize, b: usize) -> f64 {
         self.sums[a.max(b) * self.present.len() + a.min(b)]
     }
 }

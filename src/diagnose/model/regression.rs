@@ -12,11 +12,12 @@ use rayon::prelude::*;
 
 use super::eliminated::EliminatedNormal;
 use super::fitted_column::FittedColumn;
+use super::last_shape::LastShape;
 use super::linear_model::{Column, LinearModel, Term};
 use super::prior_penalty::PriorPenalty;
 use super::products::Products;
 use super::shapes::name;
-use super::whitened::{LastShape, ShapeProducts, WhitenedData, fill};
+use super::whitened::{ShapeProducts, WhitenedData, fill};
 use crate::effects::Profile;
 use crate::machine::Effect;
 use crate::statistics::{BlockEvidence, judge};
@@ -26,8 +27,8 @@ use crate::statistics::{BlockEvidence, judge};
 pub struct Regression<'g, 'a> {
     pub model: &'g LinearModel<'a>,
     whitened: Arc<WhitenedData<'g, 'a>>,
-    /// How much more squares of the readings count than they were whitened for.
-    weight: f64,
+    /// By group of tests: how much more squares of the readings count than they were whitened for.
+    weights: Vec<f64>,
     /// Accepted columns.
     columns: Vec<Arc<FittedColumn>>,
     /// What was fitted.
@@ -58,11 +59,17 @@ impl<'g, 'a> Regression<'g, 'a> {
 
     /// Fits nuisance and accepted columns to a session that has been whitened.
     pub fn on(whitened: Arc<WhitenedData<'g, 'a>>, accepted: &[Accepted]) -> Regression<'g, 'a> {
-        Regression::weighted(whitened, 1.0, accepted)
+        let weights = vec![1.0; whitened.groups().len().max(1)];
+        Regression::weighted(whitened, weights, accepted)
     }
 
-    /// The same where noise is what the session was whitened by over the root of `weight`: all that is known of shapes stays.
-    pub fn weighted(whitened: Arc<WhitenedData<'g, 'a>>, weight: f64, accepted: &[Accepted]) -> Regression<'g, 'a> {
+    /// The same where the noise of each group of tests is what it was whitened by over the root of its weight: all that is known of
+    /// shapes stays.
+    pub fn weighted(
+        whitened: Arc<WhitenedData<'g, 'a>>,
+        weights: Vec<f64>,
+        accepted: &[Accepted],
+    ) -> Regression<'g, 'a> {
         let model = whitened.model;
         let nuisance = model.problem.unknowns.len();
         let columns: Vec<Arc<FittedColumn>> =
@@ -72,6 +79,7 @@ impl<'g, 'a> Regression<'g, 'a> {
             .into_par_iter()
             .map(|test| {
                 let (seen, mut sums) = normal_sums(&whitened, (&columns, &accepted_prior), test);
+                let weight = weights[whitened.groups()[test]];
                 sums.iter_mut().for_each(|sum| *sum *= weight);
                 (seen, sums)
             })
@@ -84,7 +92,7 @@ impl<'g, 'a> Regression<'g, 'a> {
         local.extend(columns.iter().map(|column| column.home.is_some()));
         let fitted = EliminatedNormal::new(&local, beyond, &seen, &sums);
         let misfit = total - fitted.explained;
-        Regression { model, whitened, weight, columns, fitted, accepted_prior, misfit }
+        Regression { model, whitened, weights, columns, fitted, accepted_prior, misfit }
     }
 
     /// Amplitude of an accepted column, display units.
@@ -157,21 +165,26 @@ impl<'g, 'a> Regression<'g, 'a> {
     fn with_accepted(&self, columns: &[Column]) -> DMatrix<f64> {
         let model: Vec<&Arc<FittedColumn>> = self.columns.iter().collect();
         let mut last = LastShape::default();
-        let sums = self.whitened.sums_with(&model, columns.len(), &mut last, |test, block, present| {
+        let count = columns.len();
+        let sums = self.whitened.sums_with(&model, count, &mut last, |test, block, present| {
             fill(columns, test, block, present);
         });
-        self.in_priors(DMatrix::from_fn(sums.len(), columns.len(), |i, j| sums[i][j]))
+        let over_groups = |sums: &[f64], j: usize| {
+            let groups = self.weights.iter().zip(sums.iter().skip(j).step_by(count));
+            groups.map(|(weight, sum)| weight * sum).sum()
+        };
+        self.in_priors(DMatrix::from_fn(sums.len(), count, |i, j| over_groups(&sums[i], j)))
     }
 
     /// Products of a block.
     fn products(&self, columns: &[Column]) -> Products {
-        self.whitened.products(columns).weighted(self.weight)
+        self.whitened.products(columns, &self.weights)
     }
 
     /// Products with the accepted columns, these in units of their priors.
     fn in_priors(&self, mut with: DMatrix<f64>) -> DMatrix<f64> {
         let priors = self.accepted_prior.iter().enumerate();
-        priors.for_each(|(i, prior)| with.row_mut(i).scale_mut(*prior * self.weight));
+        priors.for_each(|(i, prior)| with.row_mut(i).scale_mut(*prior));
         with
     }
 
@@ -182,8 +195,9 @@ impl<'g, 'a> Regression<'g, 'a> {
         columns: (&[Profile], &[Term]),
         last: &mut LastShape,
     ) -> (Products, DMatrix<f64>) {
-        let ShapeProducts { products, with } = self.whitened.products_of(shape, columns, &self.columns, last);
-        (products.weighted(self.weight), self.in_priors(with))
+        let ShapeProducts { products, with } =
+            self.whitened.products_of(shape, columns, (&self.columns, &self.weights), last);
+        (products, self.in_priors(with))
     }
 
     /// Judges a block whose amplitudes are plausible up to `plausible` display units.
@@ -258,7 +272,7 @@ impl<'g, 'a> Regression<'g, 'a> {
     pub fn matched(&self) -> Vec<Vec<f64>> {
         let nuisance = self.model.problem.unknowns.len();
         let in_test = |test: usize| {
-            let rows = self.model.residual_mm[test].len();
+            let rows = self.whitened.rows(test);
             let seen = &self.model.problem.tests[test].columns;
             let (base, readings) = self.whitened.base(test).split_at(seen.len() * rows);
             let mut left = readings.to_vec();
@@ -272,7 +286,8 @@ impl<'g, 'a> Regression<'g, 'a> {
                 take(&column.white[test], self.fitted.amplitudes[nuisance + k] * prior);
             }
             self.whitened.whiten_transposed(test, &mut left);
-            left.iter_mut().for_each(|left| *left *= self.weight);
+            let weight = self.weights[self.whitened.groups()[test]];
+            left.iter_mut().for_each(|left| *left *= weight);
             left
         };
         (0..self.model.tests()).map(in_test).collect()
@@ -287,7 +302,7 @@ fn normal_sums(
     test: usize,
 ) -> (Vec<usize>, Vec<f64>) {
     let model = whitened.model;
-    let rows = model.residual_mm[test].len();
+    let rows = whitened.rows(test);
     let present: Vec<usize> = (0..columns.len()).filter(|&k| !columns[k].white[test].is_empty()).collect();
     let mut seen = model.problem.tests[test].columns.clone();
     let unknowns = seen.len();

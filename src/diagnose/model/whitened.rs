@@ -1,6 +1,6 @@
 //! A session under one noise: readings and unknowns whitened once, and the products of shapes that were judged before. It fits nothing.
 
-use crate::statistics::{NoiseModel, Whitener, add_cross_products, add_products, add_products_with};
+use crate::statistics::{NoiseModel, Whitener, add_products};
 use std::borrow::Cow;
 use std::collections::{HashMap, HashSet};
 use std::ops::Range;
@@ -10,8 +10,10 @@ use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
 use super::fitted_column::FittedColumn;
+use super::kept_rows::KeptRows;
+use super::last_shape::LastShape;
 use super::linear_model::{Column, LinearModel, Shape, Term};
-use super::products::{Gram, Products, TestGram, sum};
+use super::products::{ByGroup, Gram, Products, TestGram, sum};
 use crate::effects::Profile;
 
 /// Most values of products that are kept, and of columns of models, 8 bytes each.
@@ -21,7 +23,11 @@ const MOST_VALUES: usize = 32_000_000;
 pub struct WhitenedData<'g, 'a> {
     pub model: &'g LinearModel<'a>,
     whiteners: Vec<Whitener>,
-    /// By test: whitened columns of the unknowns that it sees, one after the other, the whitened readings last.
+    kept: Vec<KeptRows>,
+    /// By test: the group whose readings are weighted together.
+    groups: Vec<usize>,
+    /// By test: whitened columns of the unknowns that it sees over the rows that are kept, one after the other, the whitened
+    /// readings last.
     white: Vec<Vec<f64>>,
     /// By test: their products with each other, row by row, lower triangle.
     sums: Vec<Vec<f64>>,
@@ -47,7 +53,7 @@ struct KnownColumns {
 pub struct KnownShape {
     /// Terms of its columns: those of all families that have the shape.
     terms: Vec<Term>,
-    products: Products,
+    products: ByGroup,
     with: Mutex<With>,
 }
 
@@ -56,7 +62,7 @@ pub struct KnownShape {
 struct With {
     /// Places in `sums` by column.
     places: HashMap<u64, usize>,
-    /// Column of a model after column, one number for each of the shape's.
+    /// Column of a model after column, group after group, one number for each of the shape's columns.
     sums: Vec<f64>,
 }
 
@@ -77,28 +83,10 @@ impl With {
     }
 }
 
-/// Products of some columns of a shape, and those with the columns of a model (model × own).
+/// Products of some columns of a shape, and those with the columns of a model (model × own), both weighted.
 pub struct ShapeProducts {
     pub products: Products,
     pub with: DMatrix<f64>,
-}
-
-/// Products of a block in one test: with each other, and with what the test sees, the readings last.
-struct TestProducts {
-    /// The columns that act there, as they are, one after the other.
-    block: Vec<f64>,
-    gram: Arc<TestGram>,
-    cross: Vec<f64>,
-}
-
-/// The columns last judged with their products, by test: neighbouring shapes share those of most tests.
-#[derive(Default)]
-pub struct LastShape {
-    by_test: Vec<Option<TestProducts>>,
-    block: Vec<f64>,
-    white: Vec<f64>,
-    present: Vec<usize>,
-    sums: Vec<f64>,
 }
 
 impl<'g, 'a> WhitenedData<'g, 'a> {
@@ -114,15 +102,39 @@ impl<'g, 'a> WhitenedData<'g, 'a> {
                 seen.iter().for_each(|&k| white.extend(model.nuisance[test].column(k).iter()));
                 white.extend(residual);
                 whitener.apply_all(&mut white);
+                let kept = KeptRows::of(&kept[test]);
+                kept.gather(&mut white);
                 let width = seen.len() + 1;
                 let mut sums = vec![0.0; width * width];
-                add_products(&white, residual.len(), width, &mut sums);
-                (whitener, (white, sums))
+                add_products(&white, kept.count(), width, &mut sums);
+                ((whitener, kept), (white, sums))
             })
             .collect();
-        let (whiteners, parts): (Vec<_>, Vec<_>) = parts.into_iter().unzip();
+        let (filters, parts): (Vec<_>, Vec<_>) = parts.into_iter().unzip();
+        let (whiteners, kept) = filters.into_iter().unzip();
         let (white, sums) = parts.into_iter().unzip();
-        WhitenedData { model, whiteners, white, sums, known: Mutex::default(), columns: Mutex::default() }
+        let groups = vec![0; model.tests()];
+        WhitenedData { model, whiteners, kept, groups, white, sums, known: Mutex::default(), columns: Mutex::default() }
+    }
+
+    /// The same where the readings of each group of tests, by number from 0, have a weight of their own.
+    pub fn grouped(self, groups: Vec<usize>) -> WhitenedData<'g, 'a> {
+        WhitenedData { groups, ..self }
+    }
+
+    /// By test: the group whose readings are weighted together.
+    pub fn groups(&self) -> &[usize] {
+        &self.groups
+    }
+
+    /// How many groups there are.
+    fn group_count(&self) -> usize {
+        self.groups.iter().max().map_or(1, |last| last + 1)
+    }
+
+    /// Rows of a test that are kept: so many numbers has a whitened column.
+    pub fn rows(&self, test: usize) -> usize {
+        self.kept[test].count()
     }
 
     /// Whitened columns of the unknowns that a test sees, one after the other, its readings last.
@@ -135,13 +147,15 @@ impl<'g, 'a> WhitenedData<'g, 'a> {
         &self.sums[test]
     }
 
-    /// Whitens columns of a test that lie one after the other, in place.
-    pub fn whiten(&self, test: usize, columns: &mut [f64]) {
+    /// Whitens columns of a test that lie one after the other; the rows that are kept are left.
+    fn whiten(&self, test: usize, columns: &mut Vec<f64>) {
         self.whiteners[test].apply_all(columns);
+        self.kept[test].gather(columns);
     }
 
-    /// The transpose of the filter, in place.
-    pub fn whiten_transposed(&self, test: usize, column: &mut [f64]) {
+    /// The transpose of the filter: from the rows that are kept to all rows, zero in the others.
+    pub fn whiten_transposed(&self, test: usize, column: &mut Vec<f64>) {
+        self.kept[test].spread(column);
         self.whiteners[test].apply_transposed(column);
     }
 
@@ -150,7 +164,7 @@ impl<'g, 'a> WhitenedData<'g, 'a> {
         if let Some(known) = locked(&self.columns).by_id.get(&column.id) {
             return known.clone();
         }
-        let whiten = |test: usize, rows: &mut [f64]| self.whiten(test, rows);
+        let whiten = |test: usize, rows: &mut Vec<f64>| self.whiten(test, rows);
         let fitted = Arc::new(FittedColumn::new(column, whiten, |test| self.base(test)));
         if locked(&self.columns).values + fitted.values() > MOST_VALUES {
             self.forget_unused_columns();
@@ -176,7 +190,8 @@ impl<'g, 'a> WhitenedData<'g, 'a> {
             known.by_id.keys().copied().collect()
         };
         let shapes: Vec<Arc<KnownShape>> = locked(&self.known).by_shape.values().cloned().collect();
-        shapes.iter().for_each(|shape| locked(&shape.with).keep(&live, shape.terms.len()));
+        let groups = self.group_count();
+        shapes.iter().for_each(|shape| locked(&shape.with).keep(&live, groups * shape.terms.len()));
     }
 
     /// Products of the shape with this name of the family with this number, also with columns of a model.
@@ -184,7 +199,7 @@ impl<'g, 'a> WhitenedData<'g, 'a> {
         &self,
         (family, name): (usize, &str),
         (profiles, terms): (&[Profile], &[Term]),
-        model: &[Arc<FittedColumn>],
+        (model, weights): (&[Arc<FittedColumn>], &[f64]),
         last: &mut LastShape,
     ) -> ShapeProducts {
         let together = self.model.together(name).and_then(|all| Some((all, places(all, terms)?)));
@@ -200,13 +215,14 @@ impl<'g, 'a> WhitenedData<'g, 'a> {
             self.keep(key.into_owned(), &known);
             known
         });
-        let with = self.products_with(&known, profiles, model, last);
+        let with = self.products_with(&known, profiles, (model, weights), last);
         // of the families that share a shape most have a few of its columns
         match places {
-            Some(places) => {
-                ShapeProducts { products: known.products.of_some(&places), with: with.select_columns(&places) }
-            }
-            None => ShapeProducts { products: known.products.clone(), with },
+            Some(places) => ShapeProducts {
+                products: known.products.of_some(&places).weighted(weights),
+                with: with.select_columns(&places),
+            },
+            None => ShapeProducts { products: known.products.weighted(weights), with },
         }
     }
 
@@ -226,10 +242,11 @@ impl<'g, 'a> WhitenedData<'g, 'a> {
         &self,
         known: &KnownShape,
         profiles: &[Profile],
-        model: &[Arc<FittedColumn>],
+        (model, weights): (&[Arc<FittedColumn>], &[f64]),
         last: &mut LastShape,
     ) -> DMatrix<f64> {
         let count = known.terms.len();
+        let all_groups = count * self.group_count();
         let mut with = locked(&known.with);
         let places: Vec<Option<usize>> = model.iter().map(|column| with.places.get(&column.id()).copied()).collect();
         let is_new = |&(_, place): &(_, &Option<usize>)| place.is_none();
@@ -243,10 +260,12 @@ impl<'g, 'a> WhitenedData<'g, 'a> {
         let mut of_new = sums.iter();
         for (i, place) in places.iter().enumerate() {
             let row = match place {
-                Some(at) => Some(&with.sums[at * count..(at + 1) * count]),
+                Some(at) => Some(&with.sums[at * all_groups..(at + 1) * all_groups]),
                 None => of_new.next().map(Vec::as_slice),
             };
-            row.into_iter().flatten().enumerate().for_each(|(j, sum)| all[(i, j)] = *sum);
+            for (sums, weight) in row.unwrap_or_default().chunks_exact(count.max(1)).zip(weights) {
+                sums.iter().enumerate().for_each(|(j, sum)| all[(i, j)] += weight * sum);
+            }
         }
         // products with a column that nothing keeps would stay for good
         let is_kept = |column: &FittedColumn| locked(&self.columns).by_id.contains_key(&column.id());
@@ -258,7 +277,7 @@ impl<'g, 'a> WhitenedData<'g, 'a> {
         all
     }
 
-    /// Products of `count` columns with columns of a model, by these; `fill` tells the columns in a test.
+    /// Products of `count` columns with columns of a model, by these, group after group; `fill` tells the columns in a test.
     pub fn sums_with(
         &self,
         model: &[&Arc<FittedColumn>],
@@ -266,40 +285,38 @@ impl<'g, 'a> WhitenedData<'g, 'a> {
         last: &mut LastShape,
         fill: impl Fn(usize, &mut Vec<f64>, &mut Vec<usize>),
     ) -> Vec<Vec<f64>> {
-        let mut all = vec![vec![0.0; count]; model.len()];
-        let twice: Vec<&[Vec<f64>]> =
-            model.iter().map(|column| column.twice(|test, rows| self.whiten_transposed(test, rows))).collect();
-        let LastShape { block, present, sums, .. } = last;
+        let mut all = vec![vec![0.0; self.group_count() * count]; model.len()];
+        let again = |test: usize, rows: &mut Vec<f64>| {
+            self.whiten_transposed(test, rows);
+            self.kept[test].gather(rows);
+        };
+        let twice: Vec<&[Vec<f64>]> = model.iter().map(|column| column.twice(again)).collect();
         for test in 0..self.model.tests() {
             if twice.iter().all(|column| column[test].is_empty()) {
                 continue;
             }
-            fill(test, block, present);
-            if present.is_empty() {
-                continue;
-            }
             let acting: Vec<usize> = (0..twice.len()).filter(|&k| !twice[k][test].is_empty()).collect();
-            let columns: Vec<&[f64]> = acting.iter().map(|&k| twice[k][test].as_slice()).collect();
-            sums.clear();
-            sums.resize(present.len() * acting.len(), 0.0);
-            add_products_with(block, &columns, self.model.residual_mm[test].len(), sums);
+            let columns = acting.iter().map(|&k| (model[k].id(), twice[k][test].as_slice()));
+            let Some((present, sums)) = last.products_with(test, &self.kept[test], columns, &fill) else { continue };
+            let first = self.groups[test] * count;
             for (&j, sums) in present.iter().zip(sums.chunks_exact(acting.len())) {
-                acting.iter().zip(sums).for_each(|(&k, sum)| all[k][j] += sum);
+                acting.iter().zip(sums).for_each(|(&k, sum)| all[k][first + j] += sum);
             }
         }
         all
     }
 
-    /// Products of a block.
-    pub fn products(&self, columns: &[Column]) -> Products {
-        self.products_in(0..self.model.tests(), columns)
+    /// Products of a block, weighted by group.
+    pub fn products(&self, columns: &[Column], weights: &[f64]) -> Products {
+        self.products_in(0..self.model.tests(), columns, weights)
     }
 
     /// Products of a block over some tests.
-    pub fn products_in(&self, tests: Range<usize>, columns: &[Column]) -> Products {
-        self.products_by(tests, columns.len(), &mut LastShape::default(), |test, block, present| {
+    pub fn products_in(&self, tests: Range<usize>, columns: &[Column], weights: &[f64]) -> Products {
+        let products = self.products_by(tests, columns.len(), &mut LastShape::default(), |test, block, present| {
             fill(columns, test, block, present);
-        })
+        });
+        products.weighted(weights)
     }
 
     /// Products of the unknowns with each other over some tests.
@@ -317,7 +334,7 @@ impl<'g, 'a> WhitenedData<'g, 'a> {
     }
 
     /// Products of a shape.
-    fn products_of_shape(&self, shape: &Shape, last: &mut LastShape) -> Products {
+    fn products_of_shape(&self, shape: &Shape, last: &mut LastShape) -> ByGroup {
         self.products_by(0..self.model.tests(), shape.columns(), last, |test, block, present| {
             shape.fill(test, block, present)
         })
@@ -330,59 +347,36 @@ impl<'g, 'a> WhitenedData<'g, 'a> {
         count: usize,
         last: &mut LastShape,
         fill: impl Fn(usize, &mut Vec<f64>, &mut Vec<usize>),
-    ) -> Products {
-        let mut cross = DMatrix::zeros(self.model.problem.unknowns.len(), count);
-        let mut z = DVector::zeros(count);
+    ) -> ByGroup {
+        let groups = self.group_count();
+        let mut cross = vec![DMatrix::zeros(self.model.problem.unknowns.len(), count); groups];
+        let mut z = vec![DVector::zeros(count); groups];
+        let mut grams: Vec<Vec<Option<Arc<TestGram>>>> = vec![vec![None; self.model.tests()]; groups];
         let mut acts = vec![0; count];
-        last.by_test.resize_with(self.model.tests(), || None);
         for test in tests {
-            fill(test, &mut last.block, &mut last.present);
-            self.update(test, last);
-            let Some(sums) = &last.by_test[test] else { continue };
-            let present = &sums.gram.present;
+            let whiten = |columns: &mut Vec<f64>| self.whiten(test, columns);
+            let rows = self.kept[test].all();
+            let Some(sums) = last.products_in(test, rows, self.base(test), whiten, &fill) else { continue };
+            let (group, present) = (self.groups[test], &sums.gram.present);
             let seen = &self.model.problem.tests[test].columns;
             for (&k, row) in seen.iter().zip(sums.cross.chunks_exact(present.len())) {
-                present.iter().zip(row).for_each(|(&j, sum)| cross[(k, j)] += sum);
+                present.iter().zip(row).for_each(|(&j, sum)| cross[group][(k, j)] += sum);
             }
             for (&j, sum) in present.iter().zip(&sums.cross[seen.len() * present.len()..]) {
-                z[j] += sum;
+                z[group][j] += sum;
                 acts[j] += 1;
             }
+            grams[group][test] = Some(sums.gram.clone());
         }
-        let grams = last.by_test.iter().map(|sums| sums.as_ref().map(|sums| sums.gram.clone()));
-        let gram = match acts.iter().all(|tests| *tests < 2) {
-            true => Gram::ByTest(grams.collect()),
-            false => Gram::Whole(sum(last.by_test.iter().flatten().map(|sums| &sums.gram), count)),
+        let acts_in_one_test = acts.iter().all(|tests| *tests < 2);
+        let of_group = |((tests, cross), z)| {
+            let gram = match acts_in_one_test {
+                true => Gram::ByTest(tests),
+                false => Gram::Whole(sum(tests.iter().flatten(), count)),
+            };
+            Products { gram, cross, z }
         };
-        Products { gram, cross, z }
-    }
-
-    /// Works out what one test adds to the products of a block, unless the block is there what the last one was.
-    fn update(&self, test: usize, last: &mut LastShape) {
-        let LastShape { by_test, block, white, present, .. } = last;
-        let memory = &mut by_test[test];
-        if present.is_empty() {
-            *memory = None;
-            return;
-        }
-        if memory.as_ref().is_some_and(|memory| memory.gram.present == *present && memory.block == *block) {
-            return;
-        }
-        let rows = self.model.residual_mm[test].len();
-        let (own, seen) = (present.len(), self.model.problem.tests[test].columns.len());
-        white.clone_from(block);
-        self.whiteners[test].apply_all(white);
-        let mut sums = vec![0.0; own * own];
-        add_products(white, rows, own, &mut sums);
-        let mut before = memory.take();
-        let mut cross = before.as_mut().map(|before| std::mem::take(&mut before.cross)).unwrap_or_default();
-        cross.clear();
-        cross.resize((seen + 1) * own, 0.0);
-        add_cross_products(&self.white[test], white, rows, &mut cross);
-        let mut kept = before.map(|before| before.block).unwrap_or_default();
-        std::mem::swap(&mut kept, block);
-        *memory =
-            Some(TestProducts { block: kept, gram: Arc::new(TestGram { present: present.clone(), sums }), cross });
+        ByGroup(grams.into_iter().zip(cross).zip(z).map(of_group).collect())
     }
 }
 

@@ -100,6 +100,19 @@ pub(crate) fn white_by_class(model: &LinearModel, residual_mm: &[Vec<f64>], as_o
     model.context.session().tests.iter().map(of_test).collect()
 }
 
+/// By test, from 0: the group whose noise is one; tests of a class share theirs, and those whose noise was stated, which stays.
+pub(crate) fn noise_groups(model: &LinearModel) -> Vec<usize> {
+    let mut known: Vec<Option<usize>> = Vec::new();
+    let of_test = |test: &Test| {
+        let own = test.reading.stated_noise_mm().is_none().then(|| test.reading.noise_class());
+        known.iter().position(|other| *other == own).unwrap_or_else(|| {
+            known.push(own);
+            known.len() - 1
+        })
+    };
+    model.context.session().tests.iter().map(of_test).collect()
+}
+
 /// Size of a test's residual beside that of the first class that has readings.
 fn scales(model: &LinearModel, residual_mm: &[Vec<f64>]) -> Vec<f64> {
     let squares = squares_by_class(model, residual_mm);

@@ -3,7 +3,7 @@
 use super::acceptance::is_demanded;
 use super::joint_fit::{JointFit, joined, mean_square, pooled_misfit, without_trends};
 use super::limits::MOST_EFFECTS;
-use super::ranking::{choose, compare, is_sensible, keep_diverse};
+use super::ranking::{choose, compare, is_sensible, keep_diverse, note_contenders};
 use super::screening::screen::screen_wanted;
 use super::selected::{Candidate, SelectedEffect, SelectionContext, Step};
 use super::shapes::shape_fit::refine_all;
@@ -148,14 +148,4 @@ impl SelectionContext<'_, '_, '_> {
         };
         Some(Step { found, residual_mm, pulls, noise })
     }
-}
-
-/// Share of the best log odds of a look from which a family may be the best one where half of the readings are looked at.
-const CONTENDS: f64 = 0.25;
-
-/// Notes the families of candidates, best first, that came near the best one.
-fn note_contenders(contenders: &mut [bool], candidates: &[Candidate]) {
-    let best = candidates.first().map_or(0.0, |best| best.log_odds);
-    let near = candidates.iter().filter(|candidate| candidate.log_odds >= CONTENDS * best);
-    near.for_each(|candidate| contenders[candidate.family] = true);
 }

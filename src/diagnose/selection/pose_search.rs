@@ -7,7 +7,7 @@
 use std::sync::Arc;
 
 use super::joint_fit::{joined, mean_square};
-use super::ranking::{choose, compare, keep_diverse};
+use super::ranking::{choose, compare, keep_diverse, note_contenders};
 use super::screening::screen::screen;
 use super::screening::screening_grid::ScreeningGrid;
 use super::selected::{Candidate, Search, SelectedEffect};
@@ -16,7 +16,7 @@ use super::shapes::shape_fit::refine_all;
 use crate::diagnose::model::linear_model::{Column, LinearModel};
 use crate::diagnose::model::regression::{Accepted, Regression};
 use crate::diagnose::model::whitened::WhitenedData;
-use crate::diagnose::noise::pose_noise::{Poses, readings_as_one, squares_by_class, white_by_class};
+use crate::diagnose::noise::pose_noise::{Poses, noise_groups, readings_as_one, squares_by_class, white_by_class};
 use crate::effects::CandidateFamily;
 use crate::effects::{Signature, is_a};
 use crate::machine::{ParameterValue, Place};
@@ -38,7 +38,7 @@ const RATE_ROUNDS: usize = 2;
 /// Searches a session of static poses.
 pub fn search_poses(model: &LinearModel, families: &[CandidateFamily]) -> Search {
     let poses = Poses::of(model);
-    let mut state = State::start(model, &poses);
+    let mut state = State::start(model, families, &poses);
     let floor = state.noise.clone();
     let residual_before_mm2 = mean_square(model, &state.residual_mm);
     // a load that was measured is asked before anything else that could imitate it, then the weight of what is beyond
@@ -54,7 +54,7 @@ pub fn search_poses(model: &LinearModel, families: &[CandidateFamily]) -> Search
         for effect in arrivals.flat_map(|family| &mut family.grid) {
             effect.set("rates", ParameterValue::List(rates.clone()));
         }
-        state = State::start(model, &poses);
+        state = state.again();
     }
     if !state.has_load() {
         state.rounds(&loads, &poses, model.thresholds.accept_form);
@@ -73,7 +73,7 @@ pub fn search_poses(model: &LinearModel, families: &[CandidateFamily]) -> Search
         found: state.found,
         residual_mm: state.residual_mm,
         other: None,
-        contenders: Vec::new(),
+        contenders: state.contenders,
         stated_misfit: 0.0,
     }
 }
@@ -100,32 +100,41 @@ pub(super) struct State<'g, 'a> {
     pub(super) residual_mm: Vec<Vec<f64>>,
     /// White noise at the level of the residual, enlarged for readings that count as one.
     noise: Vec<NoiseModel>,
-    /// The session under this noise, as long as all of it only changes by a factor: shapes that were judged are not worked out
-    /// again.
-    whitened: Option<(Vec<NoiseModel>, Arc<WhitenedData<'g, 'a>>)>,
+    /// The session under the noise that it began with. That of each group of tests only changes by a factor: shapes that were judged
+    /// are not worked out again.
+    whitened: (Vec<NoiseModel>, Arc<WhitenedData<'g, 'a>>),
+    /// Families that came near the best one at any look so far, by number; those asked before any look are among them.
+    contenders: Vec<bool>,
 }
 
 impl<'g, 'a> State<'g, 'a> {
     /// What is left beside some columns.
-    pub(super) fn regression(&mut self, joint: &[Accepted]) -> Regression<'g, 'a> {
-        let known = self.whitened.take().and_then(|(noise, data)| Some((weight(&noise, &self.noise)?, noise, data)));
-        let whiten =
-            || (1.0, self.noise.clone(), Arc::new(WhitenedData::new(self.model, &self.noise, &self.model.kept)));
-        let (weight, noise, data) = known.unwrap_or_else(whiten);
-        self.whitened = Some((noise, data.clone()));
-        Regression::weighted(data, weight, joint)
+    pub(super) fn regression(&self, joint: &[Accepted]) -> Regression<'g, 'a> {
+        let (noise, data) = &self.whitened;
+        Regression::weighted(data.clone(), weights(data.groups(), noise, &self.noise), joint)
     }
 
     /// The same for rows and for averaged rows alike: poses are not averaged.
-    fn regressions(&mut self, joint: &[Accepted]) -> [Regression<'g, 'a>; 2] {
+    fn regressions(&self, joint: &[Accepted]) -> [Regression<'g, 'a>; 2] {
         let regression = self.regression(joint);
         [regression.clone(), regression]
     }
 
-    fn start(model: &'g LinearModel<'a>, poses: &Poses) -> State<'g, 'a> {
+    fn start(model: &'g LinearModel<'a>, families: &[CandidateFamily], poses: &Poses) -> State<'g, 'a> {
         let residual_mm = model.residual_mm.clone();
         let noise = noise(model, poses, &residual_mm);
-        State { model, joint: Vec::new(), found: Vec::new(), residual_mm, noise, whitened: None }
+        let data = WhitenedData::new(model, &noise, &model.kept).grouped(noise_groups(model));
+        let whitened = (noise.clone(), Arc::new(data));
+        let is_asked_first =
+            |family: &CandidateFamily| is_a(family.kind, Signature::Load) || is_a(family.kind, Signature::Weight);
+        let contenders = families.iter().map(is_asked_first).collect();
+        State { model, joint: Vec::new(), found: Vec::new(), residual_mm, noise, whitened, contenders }
+    }
+
+    /// Starts anew with what is known of shapes.
+    fn again(self) -> State<'g, 'a> {
+        let (residual_mm, noise) = (self.model.residual_mm.clone(), self.whitened.0.clone());
+        State { joint: Vec::new(), found: Vec::new(), residual_mm, noise, ..self }
     }
 
     /// Whether a measured load was found to act.
@@ -187,11 +196,12 @@ impl<'g, 'a> State<'g, 'a> {
     fn rounds(&mut self, families: &[CandidateFamily], poses: &Poses, least_log_odds: f64) {
         let cells = ScreeningGrid::of(self.model, families);
         while self.found.len() < MOST_EFFECTS {
-            let joint = self.joint.clone();
-            let regressions = self.regressions(&joint);
+            let regressions = self.regressions(&self.joint);
             let mut candidates = screen(&regressions, families, &cells);
+            note_contenders(&mut self.contenders, &candidates);
             keep_diverse(&mut candidates, families);
             let candidates = refine_all(&regressions, families, candidates);
+            note_contenders(&mut self.contenders, &candidates);
             let best = candidates.first().map_or(f64::NEG_INFINITY, |best| best.log_odds);
             let least = if self.found.is_empty() { self.model.thresholds.accept } else { least_log_odds };
             if best < least {
@@ -220,8 +230,7 @@ impl<'g, 'a> State<'g, 'a> {
             if self.found.len() >= MOST_EFFECTS {
                 return;
             }
-            let joint = self.joint.clone();
-            let regression = self.regression(&joint);
+            let regression = self.regression(&self.joint);
             candidates = compare(&regression, families, candidates);
             if candidates.first().is_none_or(|next| next.log_odds < least.max(NEARLY_AS_STRONG * strongest)) {
                 return;
@@ -335,12 +344,13 @@ impl<'g, 'a> State<'g, 'a> {
     }
 }
 
-/// How much more squares count under a noise than under another one; `None` where that is not the same for all tests.
-fn weight(from: &[NoiseModel], to: &[NoiseModel]) -> Option<f64> {
-    let ratio = |(from, to): (&NoiseModel, &NoiseModel)| (from.white_mm / to.white_mm).powi(2);
-    let mut ratios = from.iter().zip(to).map(ratio);
-    let first = ratios.next()?;
-    ratios.all(|ratio| ratio == first).then_some(first)
+/// By group of tests: how much more squares count under a noise than under another one.
+fn weights(groups: &[usize], from: &[NoiseModel], to: &[NoiseModel]) -> Vec<f64> {
+    let mut weights = vec![1.0; groups.len().max(1)];
+    for (&group, (from, to)) in groups.iter().zip(from.iter().zip(to)) {
+        weights[group] = (from.white_mm / to.white_mm).powi(2);
+    }
+    weights
 }
 
 /// White noise that makes one likelihood out of readings which share the error of their pose.

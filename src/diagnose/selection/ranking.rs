@@ -12,6 +12,16 @@ use crate::diagnose::thresholds::Thresholds;
 use crate::effects::CandidateFamily;
 use crate::machine::{Effect, Machine, ParameterValue};
 
+/// Log odds below which a difference is none: rounding of the machine that computes is smaller, what any reading says is larger.
+const ROUNDING: f64 = 1e-6;
+
+/// Candidates best first. Those that say the same to rounding, as arrival about two axes that only move together, stay in the order of
+/// the families.
+pub(crate) fn sort_by_odds(candidates: &mut [Candidate]) {
+    let rounded = |candidate: &Candidate| (candidate.log_odds / ROUNDING).round();
+    candidates.sort_by(|one, other| rounded(other).total_cmp(&rounded(one)).then(one.family.cmp(&other.family)));
+}
+
 /// Families refined at each stage.
 const REFINED: usize = 12;
 
@@ -69,6 +79,16 @@ pub(crate) fn keep_diverse(candidates: &mut Vec<Candidate>, families: &[Candidat
     });
 }
 
+/// Share of the best log odds of a look from which a family may be the best one where half of the readings are looked at.
+const CONTENDS: f64 = 0.25;
+
+/// Notes the families of candidates, best first, that came near the best one.
+pub(crate) fn note_contenders(contenders: &mut [bool], candidates: &[Candidate]) {
+    let best = candidates.first().map_or(0.0, |best| best.log_odds);
+    let near = candidates.iter().filter(|candidate| candidate.log_odds >= CONTENDS * best);
+    near.for_each(|candidate| contenders[candidate.family] = true);
+}
+
 /// Judges refined candidates under one noise, on all rows.
 pub(crate) fn compare(
     regression: &Regression,
@@ -80,7 +100,7 @@ pub(crate) fn compare(
         candidate.judgement = regression.judge(&candidate.columns, families[candidate.family].plausible);
         candidate.log_odds = candidate.judgement.log_evidence - cost;
     });
-    candidates.sort_by(|a, b| b.log_odds.total_cmp(&a.log_odds));
+    sort_by_odds(&mut candidates);
     candidates
 }
 

@@ -83,7 +83,7 @@ const LEADS: usize = 3;
 /// Searches part of a session once more: from its own best effect, and from those found on all of it.
 ///
 /// Which of the starts stands is for these readings alone to say; the further ones only spare the exchange of effects.
-/// Of sweeps, families that were far from the best one at every step on all readings are left out.
+/// Families that were far from the best one at every step on all readings are left out.
 pub fn search_part(
     resolutions: &Resolutions,
     floors: &Floors,

@@ -100,7 +100,7 @@ pub struct Search {
     pub residual_mm: Vec<Vec<f64>>,
     /// Mean square of the residual before anything was found, mm².
     pub residual_before_mm2: f64,
-    /// Of sweeps: families that came near the best one at any step, by number. Empty: none is left out.
+    /// Families that came near the best one at any step, by number. Empty: none is left out.
     pub contenders: Vec<bool>,
     /// The set that was not taken: free curves alone, or names where free curves stand better.
     pub other: Option<OtherSet>,

@@ -30,15 +30,14 @@ impl State<'_, '_> {
             };
             let ranges: Vec<_> = parts.iter().map(own).collect();
             let plausible = parts.iter().map(|part| families[part.family].plausible).fold(0.0, f64::max);
-            let joint = self.joint.clone();
-            let (information, z) = self.regression(&joint).project(&columns);
+            let (information, z) = self.regression(&self.joint).project(&columns);
             let (priors, evidence) = likeliest_priors((&information, &z), &ranges, plausible, LEAST_LOG_EVIDENCE);
             if evidence < self.model.thresholds.accept {
                 let left = self.residual_mm.clone();
                 return self.set_noise(poses, &left);
             }
             parts.iter_mut().zip(&priors).for_each(|(part, tau)| part.judgement.tau = tau.unwrap_or(0.0));
-            let mut all = joint;
+            let mut all = self.joint.clone();
             all.extend(parts.iter().filter(|part| part.judgement.tau > 0.0).flat_map(with_prior));
             let left = self.regression(&all).residual_mm(&all);
             self.set_noise(poses, &left);
@@ -55,8 +54,7 @@ impl State<'_, '_> {
         }
         self.found.retain(|found| !is_weight(found));
         self.joint = self.found.iter().flat_map(|found| found.chosen.accepted()).collect();
-        let joint = self.joint.clone();
-        self.residual_mm = self.regression(&joint).residual_mm(&joint);
+        self.residual_mm = self.regression(&self.joint).residual_mm(&self.joint);
         self.take_weights(families, poses);
         for index in (0..self.found.len()).rev().filter(|&index| !is_weight(&self.found[index])).collect::<Vec<_>>() {
             let others = self.found.iter().enumerate().filter(|(other, _)| *other != index);

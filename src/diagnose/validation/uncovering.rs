@@ -150,7 +150,7 @@ impl<'l, 'a> Design<'l, 'a> {
             return Some(products);
         }
         let columns = self.model.columns(effect, terms).ok()?;
-        let of_group = |tests: &Range<usize>| self.whitened.products_in(tests.clone(), &columns);
+        let of_group = |tests: &Range<usize>| self.whitened.products_in(tests.clone(), &columns, &[1.0]);
         let products: Arc<Vec<Products>> = Arc::new(self.groups.iter().map(of_group).collect());
         known().entry(name).or_default().push((terms.to_vec(), products.clone()));
         Some(products)

@@ -5,10 +5,11 @@ use rayon::prelude::*;
 use super::candidates::family_terms;
 use super::screening_grid::ScreeningGrid;
 use crate::chain::sines_and_cosines;
+use crate::diagnose::model::last_shape::LastShape;
 use crate::diagnose::model::linear_model::{LinearModel, Term};
 use crate::diagnose::model::regression::Regression;
 use crate::diagnose::model::shapes::name;
-use crate::diagnose::model::whitened::LastShape;
+use crate::diagnose::selection::ranking::sort_by_odds;
 use crate::diagnose::selection::selected::Candidate;
 use crate::effects::CandidateFamily;
 use crate::effects::{Profile, Signature, is_a, wave_numbers};
@@ -98,7 +99,7 @@ pub fn screen_wanted(
         })
         .filter(|candidate| candidate.log_odds > WORTH_REFINING)
         .collect();
-    list.sort_by(|a, b| b.log_odds.total_cmp(&a.log_odds));
+    sort_by_odds(&mut list);
     list
 }
 

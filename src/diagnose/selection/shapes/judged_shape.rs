@@ -1,7 +1,7 @@
 //! A shape of a family judged at a stage, and what refined shapes must gain. It refines nothing.
 
+use crate::diagnose::model::last_shape::LastShape;
 use crate::diagnose::model::regression::Regression;
-use crate::diagnose::model::whitened::LastShape;
 use crate::diagnose::selection::screening::candidates::family_terms;
 use crate::diagnose::selection::selected::Candidate;
 use crate::effects::CandidateFamily;

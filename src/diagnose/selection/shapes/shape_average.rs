@@ -4,9 +4,9 @@ use rayon::prelude::*;
 
 use super::judged_shape::judged;
 use super::trajectory::settles;
+use crate::diagnose::model::last_shape::LastShape;
 use crate::diagnose::model::linear_model::Term;
 use crate::diagnose::model::regression::Regression;
-use crate::diagnose::model::whitened::LastShape;
 use crate::diagnose::selection::selected::Candidate;
 use crate::effects::CandidateFamily;
 use crate::effects::{COLD, Signature, WARM, is_a};

@@ -3,8 +3,9 @@
 use rayon::prelude::*;
 
 use super::judged_shape::{PARAMETER_COST, judged};
+use crate::diagnose::model::last_shape::LastShape;
 use crate::diagnose::model::regression::Regression;
-use crate::diagnose::model::whitened::LastShape;
+use crate::diagnose::selection::ranking::sort_by_odds;
 use crate::diagnose::selection::screening::screen::stage_of;
 use crate::diagnose::selection::selected::Candidate;
 use crate::effects::{CandidateFamily, Refined};
@@ -49,7 +50,7 @@ pub fn refine_all(
             Some(refined)
         })
         .collect();
-    list.sort_by(|a, b| b.log_odds.total_cmp(&a.log_odds));
+    sort_by_odds(&mut list);
     list
 }
 
@@ -137,15 +138,16 @@ fn with_overtones(regression: &Regression, family: &CandidateFamily, mut best: C
     let beats = BEATS.iter().flat_map(|beat| [*beat, -beat]);
     // periods beat over the travel, the longest period of the family; orders within a turn
     let sidebands = beats.map(|beat| if rotary { first + beat } else { 1.0 / (1.0 / first + beat / refined.most) });
+    let mut last = LastShape::default();
     for further in [second, sidebands.collect()] {
-        let trials =
-            further.into_iter().filter(within).filter_map(|value| with_further(regression, family, &best, name, value));
+        let further = further.into_iter().filter(within);
+        let trials = further.filter_map(|value| with_further(regression, family, (&best, name, value), &mut last));
         let Some(trial) = trials.max_by(|a, b| a.log_odds.total_cmp(&b.log_odds)) else { continue };
         if trial.log_odds > best.log_odds + regression.model.thresholds.better {
             best = trial;
         }
     }
-    if list_length(&best.effect, name) > 1 { tuned(regression, family, best, name) } else { best }
+    if list_length(&best.effect, name) > 1 { tuned(regression, family, (best, name), &mut last) } else { best }
 }
 
 /// Growth by friction, or with a channel, of a part that was out of balance as the session began, as far as the readings
@@ -242,7 +244,12 @@ const TUNING_STEP: f64 = 0.004;
 const TUNINGS: i32 = 5;
 
 /// Periods or orders tuned together; an exact second harmonic stays one.
-fn tuned(regression: &Regression, family: &CandidateFamily, mut best: Candidate, name: &str) -> Candidate {
+fn tuned(
+    regression: &Regression,
+    family: &CandidateFamily,
+    (mut best, name): (Candidate, &str),
+    last: &mut LastShape,
+) -> Candidate {
     let cost = best.judgement.log_evidence - best.log_odds;
     for halving in 0..TUNINGS {
         let step = TUNING_STEP * 0.5f64.powi(halving);
@@ -262,7 +269,7 @@ fn tuned(regression: &Regression, family: &CandidateFamily, mut best: Candidate,
                     }
                     let mut effect = best.effect.clone();
                     effect.set(name, ParameterValue::List(values));
-                    match judged(regression, family, best.family, effect, cost, &mut LastShape::default()) {
+                    match judged(regression, family, best.family, effect, cost, last) {
                         Some(trial) if trial.log_odds > best.log_odds => best = trial,
                         _ => break,
                     }
@@ -284,16 +291,15 @@ fn list_length(effect: &Effect, name: &str) -> usize {
 fn with_further(
     regression: &Regression,
     family: &CandidateFamily,
-    base: &Candidate,
-    name: &str,
-    value: f64,
+    (base, name, value): (&Candidate, &str, f64),
+    last: &mut LastShape,
 ) -> Option<Candidate> {
     let Some(ParameterValue::List(mut values)) = base.effect.parameter(name).cloned() else { return None };
     values.push(value);
     let mut effect = base.effect.clone();
     effect.set(name, ParameterValue::List(values));
     let cost = base.judgement.log_evidence - base.log_odds;
-    judged(regression, family, base.family, effect, cost, &mut LastShape::default())
+    judged(regression, family, base.family, effect, cost, last)
 }
 
 /// Next value of a parameter: lists of periods, travels and frequencies move by ratio, the others by difference.

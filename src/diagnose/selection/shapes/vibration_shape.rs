@@ -4,9 +4,9 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::judged_shape::{PARAMETER_COST, judged};
+use crate::diagnose::model::last_shape::LastShape;
 use crate::diagnose::model::linear_model::Column;
 use crate::diagnose::model::regression::Regression;
-use crate::diagnose::model::whitened::LastShape;
 use crate::diagnose::noise::spectrum::aliases;
 use crate::diagnose::selection::screening::candidates::ALONG;
 use crate::diagnose::selection::selected::Candidate;
