@@ -172,7 +172,7 @@ fn plan_leaves_sheets_and_meshes_alone_that_no_plan_wrote() {
     succeeds(folder, &["plan", "mill.yaml", "--method", "chapter5", "--out", "plan"]);
     assert_eq!(std::fs::read_to_string(folder.join("plan/parts/lamp.obj")).unwrap(), LAMP_OBJ.replace("40", "50"));
     // a plan without tests leaves a sheet alone, which the next one may replace
-    succeeds(folder, &["plan", "mill.yaml", "--margin", "500", "--out", "none"]);
+    refused(folder, &["plan", "mill.yaml", "--margin", "500", "--out", "none"]);
     succeeds(folder, &["plan", "mill.yaml", "--method", "chapter5", "--out", "none"]);
 }
 
@@ -205,7 +205,7 @@ fn a_new_plan_replaces_the_programs_of_the_former_one() {
 
     // a plan without tests leaves nothing to run
     std::fs::remove_file(&hand).unwrap();
-    succeeds(folder, &["plan", &mill, "--margin", "500", "--out", "plan"]);
+    refused(folder, &["plan", &mill, "--margin", "500", "--out", "plan"]);
     let left: Vec<_> = content(&folder.join("plan")).into_keys().collect();
     // the list of what was written stands beside it
     assert_eq!(left, [folder.join("plan/.fiveaxis-files"), folder.join("plan/setup-sheet.html")]);

@@ -208,6 +208,16 @@ fn one_message_each() {
             "name: r\nchain: [w, b, J1, t]\naxes: {}\n".into(),
             "machine.yaml:3:1: axis 'J1' is no letter X Y Z A B C U V W, so it needs a type: linear or rotary",
         ),
+        (
+            "letter of the other type",
+            "name: r\nchain: [w, b, W, t]\naxes:\n  W: {type: rotary}\n".into(),
+            "machine.yaml:4:7: axis W is linear by its letter (ISO 841); a rotary one is A, B or C, or has a longer name, as in R1",
+        ),
+        (
+            "spindle on the table",
+            "name: r\nchain: [w, C, b, Z, t]\naxes: {}\nspindle: {link: C, nose: [0, 0, 100]}\n".into(),
+            "machine.yaml:4:11: link 'C' carries the workpiece; the spindle is on the tool side (links: t Z)",
+        ),
     ];
     for (name, text, message) in cases {
         check_machine(name, &text, message);

@@ -35,13 +35,31 @@ enum KindFile {
     Rotary,
 }
 
+impl From<KindFile> for AxisKind {
+    fn from(stated: KindFile) -> AxisKind {
+        match stated {
+            KindFile::Linear => AxisKind::Linear,
+            KindFile::Rotary => AxisKind::Rotary,
+        }
+    }
+}
+
 /// Reads one axis; `names` are all axes of the chain.
 pub(crate) fn axis(document: &Document, file: &AxisFile, name: &str, names: &[&str]) -> Result<Axis, LoadError> {
     let at = |key| [Step::Key("axes"), Step::Key(name), Step::Key(key)];
     let letter = letter_axis(name);
+    if let (Some(stated), Some((by_letter, _))) = (file.kind, letter) {
+        let (is, other) = match by_letter {
+            AxisKind::Linear => ("linear", "a rotary one is A, B or C"),
+            AxisKind::Rotary => ("rotary", "a linear one is X, Y, Z, U, V or W"),
+        };
+        if by_letter != AxisKind::from(stated) {
+            let found = format!("axis {name} is {is} by its letter (ISO 841); {other}, or has a longer name, as in R1");
+            return Err(document.refuse(&at("type"), found));
+        }
+    }
     let kind = match (file.kind, letter) {
-        (Some(KindFile::Linear), _) => AxisKind::Linear,
-        (Some(KindFile::Rotary), _) => AxisKind::Rotary,
+        (Some(stated), _) => stated.into(),
         (None, Some((kind, _))) => kind,
         (None, None) => {
             return Err(document.refuse(

@@ -3,7 +3,7 @@
 use nalgebra::Vector3;
 use serde::Deserialize;
 
-use crate::chain::Chain;
+use crate::chain::{Branch, Chain, LinkId};
 use crate::load::checked_text::document::{Document, Step};
 use crate::load::checked_text::message::LoadError;
 use crate::load::checked_text::quantity::{point, unit_vector};
@@ -22,7 +22,15 @@ pub(crate) struct SpindleFile {
 pub(crate) fn spindle(document: &Document, machine: &Machine, raw: &SpindleFile) -> Result<SpindleSide, LoadError> {
     let at = |key| [Step::Key("spindle"), Step::Key(key)];
     let link = raw.link.clone().unwrap_or_else(|| "t".into());
-    known_link(document, &Chain::of(machine), &at("link"), &link)?;
+    let chain = Chain::of(machine);
+    known_link(document, &chain, &at("link"), &link)?;
+    if chain.link(&link).is_some_and(|id| id.branch == Branch::Workpiece && id != LinkId::BED) {
+        let mut on_tool_side = vec!["t"];
+        on_tool_side.extend(chain.branch(Branch::Tool).iter().map(|&axis| machine.axes[axis].name.as_str()));
+        let allowed = on_tool_side.join(" ");
+        let found = format!("link '{link}' carries the workpiece; the spindle is on the tool side (links: {allowed})");
+        return Err(document.refuse(&at("link"), found));
+    }
     let nose = point(document, &at("nose"), &raw.nose)?;
     let direction = match raw.direction {
         Some(direction) => unit_vector(document, &at("direction"), "direction", direction)?,

@@ -71,6 +71,8 @@ pub struct Misses {
     pub tried: usize,
     /// Smallest overrun of each linear axis: position and by how much, mm.
     pub limits: BTreeMap<usize, (f64, f64)>,
+    /// Those for which the bar was too short.
+    pub too_short: usize,
     /// Smallest amount by which the longest bar was too short, mm.
     pub bar_short_mm: Option<f64>,
     pub singular: usize,
@@ -79,6 +81,11 @@ pub struct Misses {
 }
 
 impl Misses {
+    /// By how much the longest bar is too short, mm, where no bar was long enough anywhere.
+    pub(crate) fn all_too_short_mm(&self) -> Option<f64> {
+        self.bar_short_mm.filter(|_| self.too_short == self.tried)
+    }
+
     /// The longest bar was too short by so much.
     pub(crate) fn note_short(&mut self, by_mm: f64) {
         self.bar_short_mm = Some(self.bar_short_mm.map_or(by_mm, |least| least.min(by_mm)));

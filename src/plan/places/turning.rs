@@ -41,6 +41,7 @@ pub(crate) fn turning(
             for (lever_mm, &bar_mm) in levers.flat_map(|lever| lengths_mm.iter().map(move |bar| (lever, bar))) {
                 misses.tried += 1;
                 if bar_mm < lever_mm - SAME_LENGTH_MM {
+                    misses.too_short += 1;
                     if bar_mm == longest_mm {
                         misses.note_short(lever_mm - bar_mm);
                     }

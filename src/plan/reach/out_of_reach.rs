@@ -4,7 +4,7 @@ use crate::bodies::{Bodies, Kit, Mount};
 use crate::chain::{Chain, Geometry};
 use crate::machine::{AxisKind, Machine};
 use crate::plan::places::ball_places::distinct_mounts;
-use crate::plan::places::candidate::Candidates;
+use crate::plan::places::candidate::{Candidates, Misses};
 
 /// Why there is nothing to plan.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -35,7 +35,7 @@ pub(crate) fn refuse(machine: &Machine, bodies: &Bodies, kit: &Kit, all: &Candid
         }
     }
     let by_limits = all.misses.values().any(|misses| !misses.limits.is_empty());
-    let short = all.misses.values().filter_map(|misses| misses.bar_short_mm).reduce(f64::min);
+    let short = all.misses.values().filter_map(Misses::all_too_short_mm).reduce(f64::min);
     match (all.list.is_empty() && !by_limits, short, kit.lengths_mm().last()) {
         (true, Some(by_mm), Some(&longest_mm)) => Err(OutOfReach::Bar { kit: kit.name.clone(), longest_mm, by_mm }),
         _ => Ok(()),

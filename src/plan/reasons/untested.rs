@@ -43,7 +43,7 @@ pub(crate) fn untested(evaluation: &Evaluation, axis: usize) -> Option<String> {
             machine.axes[*limit].name
         ));
     }
-    if let Some(by) = misses.bar_short_mm {
+    if let Some(by) = misses.all_too_short_mm() {
         return Some(format!(
             "no bar of the kit reaches for axis {name} from the places tried: the longest is {by:.1} mm too short"
         ));

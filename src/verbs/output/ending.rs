@@ -36,6 +36,11 @@ impl Ending {
         Box::new(Ending { code: ALARM, says: String::new(), file: None, is_told: true })
     }
 
+    /// Nothing can be done with what was given, as the result tells.
+    pub fn without_plan() -> Refusal {
+        Box::new(Ending { code: WRONG_INPUT, says: String::new(), file: None, is_told: true })
+    }
+
     /// The recordings are not to be believed, as the result tells.
     pub fn unbelievable() -> Refusal {
         Box::new(Ending { code: DATA_FAULT, says: String::new(), file: None, is_told: true })

@@ -11,6 +11,7 @@ use super::files::{Planned, planned_files};
 use super::former::former_files;
 use super::settings::settings;
 use crate::verbs::options::directions::say;
+use crate::verbs::output::ending::Ending;
 use crate::verbs::output::{print, print_json, settle};
 use crate::verbs::{Refusal, solids};
 
@@ -44,11 +45,12 @@ pub fn run(arguments: &Arguments) -> Result<(), Refusal> {
         let mut value = plan_json(&plan, &machine);
         value["touching"] = json!(touching_json(&world.touching));
         value["can_touch"] = json!(meetings_json(&machine, &can_touch));
-        return print_json(&value);
+        print_json(&value)?;
+    } else {
+        print(&plan_text(&plan, &machine, &settings))?;
+        if let Some(note) = can_touch_note(&machine, &can_touch) {
+            println!("\n{note}");
+        }
     }
-    print(&plan_text(&plan, &machine, &settings))?;
-    if let Some(note) = can_touch_note(&machine, &can_touch) {
-        println!("\n{note}");
-    }
-    Ok(())
+    if plan.tests.is_empty() { Err(Ending::without_plan()) } else { Ok(()) }
 }
