@@ -1,6 +1,9 @@
-//! Rows of a test that are kept: half of them in a fold. Products run over those alone.
+//! Rows of a test that are kept: half of them in a fold. Products run over those alone. What a filter does with the others is for it.
 
-/// The rows of a test that are kept.
+/// Share of the rows up to which the kept ones are taken out: to leave the rest out costs as much as it spares where it is less.
+const WORTH_TAKING_OUT: f64 = 0.75;
+
+/// The rows of a test that are kept; all where few are not, for a filter makes those zero.
 pub struct KeptRows {
     all: usize,
     /// Which they are; `None` where all are.
@@ -14,7 +17,8 @@ impl KeptRows {
         if some.is_empty() && !kept.is_empty() {
             some.push(0);
         }
-        KeptRows { all: kept.len(), some: (some.len() < kept.len()).then_some(some) }
+        let is_worth_it = (some.len() as f64) < WORTH_TAKING_OUT * kept.len() as f64;
+        KeptRows { all: kept.len(), some: is_worth_it.then_some(some) }
     }
 
     /// How many there are with those that are not kept.

@@ -1,5 +1,6 @@
 //! The shape judged last, by test: what a shape has in common with it is not worked out again. It whitens nothing.
 
+use std::borrow::Cow;
 use std::sync::Arc;
 
 use super::kept_rows::KeptRows;
@@ -56,17 +57,19 @@ impl LastShape {
         if memory.as_ref().is_some_and(|memory| memory.gram.present == *present && memory.block == *block) {
             return memory.as_ref();
         }
-        let before = memory.take();
+        let mut before = memory.take();
         let known = before.as_ref().map_or(vec![None; present.len()], |before| equal(block, &before.block, rows));
-        let new = of_unknown(block, &known, rows);
-        let mut white = new.concat();
+        let mut white = of_unknown(block, &known, rows);
         whiten(&mut white);
-        let products = match before.filter(|_| known.iter().any(Option::is_some)) {
+        let products = match before.as_ref().filter(|_| known.iter().any(Option::is_some)) {
             Some(before) => before.joined(&known, base, white),
             None => TestProducts::of(base, white, present.len()),
         };
         let gram = Arc::new(TestGram { present: present.clone(), sums: products.gram });
-        *memory = Some(TestProducts { block: block.clone(), white: products.white, gram, cross: products.cross });
+        // the memory of the former block is written next
+        let mut kept = before.as_mut().map(|before| std::mem::take(&mut before.block)).unwrap_or_default();
+        std::mem::swap(&mut kept, block);
+        *memory = Some(TestProducts { block: kept, white: products.white, gram, cross: products.cross });
         memory.as_ref()
     }
 
@@ -86,20 +89,34 @@ impl LastShape {
         }
         let (model, columns): (Vec<u64>, Vec<&[f64]>) = model.unzip();
         let memory = of_test(with, test);
-        let before = memory.take().filter(|before| before.model == model);
-        let known = before.as_ref().map_or(vec![None; present.len()], |before| equal(block, &before.block, kept.all()));
-        let mut new = of_unknown(block, &known, kept.all()).concat();
-        kept.gather(&mut new);
-        let mut of_new = vec![0.0; new.len() / kept.count().max(1) * columns.len()];
-        add_products_with(&new, &columns, kept.count(), &mut of_new);
-        let mut of_new = of_new.chunks_exact(columns.len());
-        let before = before.as_ref().map_or(&[][..], |before| &before.sums);
-        let own = |known: &Option<usize>| match known {
-            Some(at) => &before[at * columns.len()..(at + 1) * columns.len()],
-            None => of_new.next().unwrap_or_default(),
-        };
-        let sums: Vec<f64> = known.iter().flat_map(own).copied().collect();
-        let now = memory.insert(ProductsWith { block: block.clone(), model, sums });
+        let mut before = memory.take();
+        let same = before.as_ref().filter(|before| before.model == model);
+        let known = same.map_or(vec![None; present.len()], |before| equal(block, &before.block, kept.all()));
+        let is_known = known.iter().any(Option::is_some);
+        let mut new = Cow::Borrowed(block.as_slice());
+        if is_known {
+            new = Cow::Owned(of_unknown(block, &known, kept.all()));
+        }
+        if kept.count() < kept.all() {
+            kept.gather(new.to_mut());
+        }
+        let mut sums = vec![0.0; new.len() / kept.count().max(1) * columns.len()];
+        add_products_with(&new, &columns, kept.count(), &mut sums);
+        if let Some(same) = same.filter(|_| is_known) {
+            let mut of_new = sums.chunks_exact(columns.len());
+            let mut all = Vec::with_capacity(known.len() * columns.len());
+            for known in &known {
+                all.extend_from_slice(match known {
+                    Some(at) => &same.sums[at * columns.len()..(at + 1) * columns.len()],
+                    None => of_new.next().unwrap_or_default(),
+                });
+            }
+            sums = all;
+        }
+        drop(new);
+        let mut written = before.as_mut().map(|before| std::mem::take(&mut before.block)).unwrap_or_default();
+        std::mem::swap(&mut written, block);
+        let now = memory.insert(ProductsWith { block: written, model, sums });
         Some((present, &now.sums))
     }
 }
@@ -139,7 +156,8 @@ impl TestProducts {
             Some(at) => &self.white[at * rows..(at + 1) * rows],
             None => &new[place[k] * rows..(place[k] + 1) * rows],
         };
-        let white: Vec<f64> = (0..count).flat_map(column).copied().collect();
+        let mut white = Vec::with_capacity(count * rows);
+        (0..count).for_each(|k| white.extend_from_slice(column(k)));
         let mut with_all = vec![0.0; new.len() / rows * count];
         add_cross_products(&new, &white, rows, &mut with_all);
         let mut with_base = vec![0.0; seen * (new.len() / rows)];
@@ -180,8 +198,10 @@ fn equal(block: &[f64], other: &[f64], rows: usize) -> Vec<Option<usize>> {
     block.chunks_exact(rows).map(|column| other.chunks_exact(rows).position(|known| known == column)).collect()
 }
 
-/// Columns of a block that are not known.
-fn of_unknown<'b>(block: &'b [f64], known: &[Option<usize>], rows: usize) -> Vec<&'b [f64]> {
-    let unknown = block.chunks_exact(rows).zip(known).filter(|(_, known)| known.is_none());
-    unknown.map(|(column, _)| column).collect()
+/// Columns of a block that are not known, one after the other.
+fn of_unknown(block: &[f64], known: &[Option<usize>], rows: usize) -> Vec<f64> {
+    let mut unknown = Vec::with_capacity(block.len());
+    let all = block.chunks_exact(rows).zip(known);
+    all.filter(|(_, known)| known.is_none()).for_each(|(column, _)| unknown.extend_from_slice(column));
+    unknown
 }

@@ -81,8 +81,8 @@ pub(super) struct ByGroup(pub Vec<Products>);
 
 impl ByGroup {
     /// Products over all tests where squares of the readings of each group count so many times.
-    pub fn weighted(&self, weights: &[f64]) -> Products {
-        let mut all = self.0.iter().zip(weights).map(|(own, weight)| own.times(*weight));
+    pub fn weighted(self, weights: &[f64]) -> Products {
+        let mut all = self.0.into_iter().zip(weights).map(|(own, weight)| own.times(*weight));
         let first = all.next().unwrap_or_else(Products::none);
         all.fold(first, Products::with)
     }
@@ -105,19 +105,19 @@ impl Products {
     }
 
     /// The same where squares of the readings count so many times as much.
-    fn times(&self, weight: f64) -> Products {
+    fn times(self, weight: f64) -> Products {
         if weight == 1.0 {
-            return self.clone();
+            return self;
         }
         let times = |own: &Arc<TestGram>| {
             let sums = own.sums.iter().map(|sum| weight * sum).collect();
             Arc::new(TestGram { present: own.present.clone(), sums })
         };
-        let gram = match &self.gram {
+        let gram = match self.gram {
             Gram::Whole(gram) => Gram::Whole(gram * weight),
             Gram::ByTest(tests) => Gram::ByTest(tests.iter().map(|own| own.as_ref().map(times)).collect()),
         };
-        Products { gram, cross: &self.cross * weight, z: &self.z * weight }
+        Products { gram, cross: self.cross * weight, z: self.z * weight }
     }
 
     /// The sum with products of the same columns over other tests.

@@ -222,7 +222,7 @@ impl<'g, 'a> WhitenedData<'g, 'a> {
                 products: known.products.of_some(&places).weighted(weights),
                 with: with.select_columns(&places),
             },
-            None => ShapeProducts { products: known.products.weighted(weights), with },
+            None => ShapeProducts { products: known.products.clone().weighted(weights), with },
         }
     }
 

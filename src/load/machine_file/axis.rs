@@ -35,39 +35,35 @@ enum KindFile {
     Rotary,
 }
 
-impl From<KindFile> for AxisKind {
-    fn from(stated: KindFile) -> AxisKind {
-        match stated {
-            KindFile::Linear => AxisKind::Linear,
-            KindFile::Rotary => AxisKind::Rotary,
+/// The kind of an axis: the one that its letter has, or the one that is stated where its name is no letter.
+fn axis_kind(document: &Document, stated: Option<KindFile>, name: &str) -> Result<AxisKind, LoadError> {
+    let at = [Step::Key("axes"), Step::Key(name), Step::Key("type")];
+    let stated = stated.map(|stated| match stated {
+        KindFile::Linear => AxisKind::Linear,
+        KindFile::Rotary => AxisKind::Rotary,
+    });
+    let found = match (stated, letter_axis(name)) {
+        (Some(kind), None) => return Ok(kind),
+        (Some(stated), Some((kind, _))) if stated != kind => {
+            let (is, other) = match kind {
+                AxisKind::Linear => ("linear", "a rotary one is A, B or C"),
+                AxisKind::Rotary => ("rotary", "a linear one is X, Y, Z, U, V or W"),
+            };
+            format!("axis {name} is {is} by its letter (ISO 841); {other}, or has a longer name, as in R1")
         }
-    }
+        (_, Some((kind, _))) => return Ok(kind),
+        (None, None) => {
+            format!("axis '{name}' is no letter X Y Z A B C U V W, so it needs a type: linear or rotary")
+        }
+    };
+    Err(document.refuse(&at, found))
 }
 
 /// Reads one axis; `names` are all axes of the chain.
 pub(crate) fn axis(document: &Document, file: &AxisFile, name: &str, names: &[&str]) -> Result<Axis, LoadError> {
     let at = |key| [Step::Key("axes"), Step::Key(name), Step::Key(key)];
     let letter = letter_axis(name);
-    if let (Some(stated), Some((by_letter, _))) = (file.kind, letter) {
-        let (is, other) = match by_letter {
-            AxisKind::Linear => ("linear", "a rotary one is A, B or C"),
-            AxisKind::Rotary => ("rotary", "a linear one is X, Y, Z, U, V or W"),
-        };
-        if by_letter != AxisKind::from(stated) {
-            let found = format!("axis {name} is {is} by its letter (ISO 841); {other}, or has a longer name, as in R1");
-            return Err(document.refuse(&at("type"), found));
-        }
-    }
-    let kind = match (file.kind, letter) {
-        (Some(stated), _) => stated.into(),
-        (None, Some((kind, _))) => kind,
-        (None, None) => {
-            return Err(document.refuse(
-                &at("type"),
-                format!("axis '{name}' is no letter X Y Z A B C U V W, so it needs a type: linear or rotary"),
-            ));
-        }
-    };
+    let kind = axis_kind(document, file.kind, name)?;
     let direction = match (file.direction, letter) {
         (Some(direction), _) => unit_vector(document, &at("direction"), "direction", direction)?,
         (None, Some((_, direction))) => direction,
