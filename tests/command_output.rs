@@ -172,7 +172,8 @@ fn plan_leaves_sheets_and_meshes_alone_that_no_plan_wrote() {
     succeeds(folder, &["plan", "mill.yaml", "--method", "chapter5", "--out", "plan"]);
     assert_eq!(std::fs::read_to_string(folder.join("plan/parts/lamp.obj")).unwrap(), LAMP_OBJ.replace("40", "50"));
     // a plan without tests leaves a sheet alone, which the next one may replace
-    refused(folder, &["plan", "mill.yaml", "--margin", "500", "--out", "none"]);
+    let said = refused(folder, &["plan", "mill.yaml", "--margin", "500", "--out", "none"]);
+    assert!(said.contains("no test can be planned"), "{said}");
     succeeds(folder, &["plan", "mill.yaml", "--method", "chapter5", "--out", "none"]);
 }
 

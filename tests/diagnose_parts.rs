@@ -326,7 +326,13 @@ fn shapes_judged_from_memory_stand_as_judged_anew() {
 }
 
 fn judged_from_memory(session: &Session, ground: &LinearModel, noise: &[NoiseModel]) {
-    let kept = ground.kept.clone();
+    judged_from_memory_of(session, ground, noise, ground.kept.clone());
+    // in a fold half of the rows are left
+    let every_second = |kept: &Vec<bool>| kept.iter().enumerate().map(|(row, kept)| *kept && row % 2 == 0).collect();
+    judged_from_memory_of(session, ground, noise, ground.kept.iter().map(every_second).collect());
+}
+
+fn judged_from_memory_of(session: &Session, ground: &LinearModel, noise: &[NoiseModel], kept: Vec<Vec<bool>>) {
     let families = families(ground);
     let accepted: Vec<Accepted> =
         squareness(session, ground).into_iter().map(|column| Accepted { column, prior: 10.0 }).collect();

@@ -216,7 +216,7 @@ fn one_message_each() {
         (
             "spindle on the table",
             "name: r\nchain: [w, C, b, Z, t]\naxes: {}\nspindle: {link: C, nose: [0, 0, 100]}\n".into(),
-            "machine.yaml:4:11: link 'C' carries the workpiece; the spindle is on the tool side (links: t Z)",
+            "machine.yaml:4:11: link 'C' carries the workpiece; the spindle is on the tool side (links: t b Z)",
         ),
     ];
     for (name, text, message) in cases {

@@ -20,7 +20,7 @@ pub struct FittedColumn {
 }
 
 impl FittedColumn {
-    /// A column under a noise: `whiten` filters a test's column in place, `base` holds what the test's sums are taken with.
+    /// A column under a noise: `whiten` filters a test's column and leaves the kept rows, `base` holds what the test's sums are taken with.
     pub fn new<'w>(
         column: &Column,
         whiten: impl Fn(usize, &mut Vec<f64>),
@@ -50,11 +50,11 @@ impl FittedColumn {
     }
 
     /// Its values whitened and, by the transpose of the filter, once more; by test, over the rows that are kept.
-    pub fn twice(&self, whiten_transposed: impl Fn(usize, &mut Vec<f64>)) -> &[Vec<f64>] {
+    pub fn twice(&self, whiten_again: impl Fn(usize, &mut Vec<f64>)) -> &[Vec<f64>] {
         self.twice.get_or_init(|| {
             let mut twice = self.white.clone();
             let acting = twice.iter_mut().enumerate().filter(|(_, rows)| !rows.is_empty());
-            acting.for_each(|(test, rows)| whiten_transposed(test, rows));
+            acting.for_each(|(test, rows)| whiten_again(test, rows));
             twice
         })
     }

@@ -1,9 +1,9 @@
 //! Rows of a test that are kept: half of them in a fold. Products run over those alone. What a filter does with the others is for it.
 
-/// Share of the rows up to which the kept ones are taken out: to leave the rest out costs as much as it spares where it is less.
+/// Share of the rows up to which the kept ones are taken out: where more are kept, leaving the rest out costs as much as it spares.
 const WORTH_TAKING_OUT: f64 = 0.75;
 
-/// The rows of a test that are kept; all where few are not, for a filter makes those zero.
+/// The rows of a test that are kept, or all where nearly all are: a filter makes the others zero.
 pub struct KeptRows {
     all: usize,
     /// Which they are; `None` where all are.

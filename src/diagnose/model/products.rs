@@ -82,6 +82,7 @@ pub(super) struct ByGroup(pub Vec<Products>);
 impl ByGroup {
     /// Products over all tests where squares of the readings of each group count so many times.
     pub fn weighted(self, weights: &[f64]) -> Products {
+        debug_assert!(weights.len() >= self.0.len(), "a group without a weight");
         let mut all = self.0.into_iter().zip(weights).map(|(own, weight)| own.times(*weight));
         let first = all.next().unwrap_or_else(Products::none);
         all.fold(first, Products::with)

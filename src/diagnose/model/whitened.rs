@@ -147,7 +147,7 @@ impl<'g, 'a> WhitenedData<'g, 'a> {
         &self.sums[test]
     }
 
-    /// Whitens columns of a test that lie one after the other; the rows that are kept are left.
+    /// Whitens columns of a test that lie one after the other; only kept rows remain.
     fn whiten(&self, test: usize, columns: &mut Vec<f64>) {
         self.whiteners[test].apply_all(columns);
         self.kept[test].gather(columns);

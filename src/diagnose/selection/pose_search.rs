@@ -232,6 +232,7 @@ impl<'g, 'a> State<'g, 'a> {
             }
             let regression = self.regression(&self.joint);
             candidates = compare(&regression, families, candidates);
+            note_contenders(&mut self.contenders, &candidates);
             if candidates.first().is_none_or(|next| next.log_odds < least.max(NEARLY_AS_STRONG * strongest)) {
                 return;
             }

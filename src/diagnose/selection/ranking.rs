@@ -15,8 +15,8 @@ use crate::machine::{Effect, Machine, ParameterValue};
 /// Log odds below which a difference is none: rounding of the machine that computes is smaller, what any reading says is larger.
 const ROUNDING: f64 = 1e-6;
 
-/// Candidates best first. Those that say the same to rounding, as arrival about two axes that only move together, stay in the order of
-/// the families.
+/// Candidates best first. Those that say the same to rounding, as arrival about two axes that only move together, stay nearly
+/// always in the order of the families.
 pub(crate) fn sort_by_odds(candidates: &mut [Candidate]) {
     let rounded = |candidate: &Candidate| (candidate.log_odds / ROUNDING).round();
     candidates.sort_by(|one, other| rounded(other).total_cmp(&rounded(one)).then(one.family.cmp(&other.family)));

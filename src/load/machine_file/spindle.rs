@@ -24,8 +24,9 @@ pub(crate) fn spindle(document: &Document, machine: &Machine, raw: &SpindleFile)
     let link = raw.link.clone().unwrap_or_else(|| "t".into());
     let chain = Chain::of(machine);
     known_link(document, &chain, &at("link"), &link)?;
-    if chain.link(&link).is_some_and(|id| id.branch == Branch::Workpiece && id != LinkId::BED) {
-        let mut on_tool_side = vec!["t"];
+    let carries_workpiece = |id: LinkId| id.branch == Branch::Workpiece && id != LinkId::BED;
+    if link == "w" || chain.link(&link).is_some_and(carries_workpiece) {
+        let mut on_tool_side = vec!["t", "b"];
         on_tool_side.extend(chain.branch(Branch::Tool).iter().map(|&axis| machine.axes[axis].name.as_str()));
         let allowed = on_tool_side.join(" ");
         let found = format!("link '{link}' carries the workpiece; the spindle is on the tool side (links: {allowed})");

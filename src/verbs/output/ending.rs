@@ -36,9 +36,10 @@ impl Ending {
         Box::new(Ending { code: ALARM, says: String::new(), file: None, is_told: true })
     }
 
-    /// Nothing can be done with what was given, as the result tells.
-    pub fn without_plan() -> Refusal {
-        Box::new(Ending { code: WRONG_INPUT, says: String::new(), file: None, is_told: true })
+    /// No test of what is to be determined can be planned; the result says why, and is all that is said where it is JSON.
+    pub fn without_plan(is_told: bool) -> Refusal {
+        let says = "no test can be planned; the table says why".into();
+        Box::new(Ending { code: WRONG_INPUT, says, file: None, is_told })
     }
 
     /// The recordings are not to be believed, as the result tells.

@@ -52,5 +52,9 @@ pub fn run(arguments: &Arguments) -> Result<(), Refusal> {
             println!("\n{note}");
         }
     }
-    if plan.tests.is_empty() { Err(Ending::without_plan()) } else { Ok(()) }
+    // where there is nothing to determine no test is missing
+    match plan.tests.is_empty() && !plan.goal_reached {
+        true => Err(Ending::without_plan(arguments.json)),
+        false => Ok(()),
+    }
 }
