@@ -4,6 +4,7 @@ use crate::statistics::{NoiseModel, Whitener, add_products};
 use std::borrow::Cow;
 use std::collections::{HashMap, HashSet};
 use std::ops::Range;
+use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use nalgebra::{DMatrix, DVector};
@@ -16,7 +17,7 @@ use super::linear_model::{Column, LinearModel, Shape, Term};
 use super::products::{ByGroup, Gram, Products, TestGram, sum};
 use crate::effects::Profile;
 
-/// Most values of products that are kept, and of columns of models, 8 bytes each.
+/// Most values of products that are kept, of those with columns of models, and of these columns, 8 bytes each.
 const MOST_VALUES: usize = 32_000_000;
 
 /// Readings and unknowns of a session, whitened.
@@ -33,6 +34,8 @@ pub struct WhitenedData<'g, 'a> {
     sums: Vec<Vec<f64>>,
     known: Mutex<Known>,
     columns: Mutex<KnownColumns>,
+    /// Values of products with columns of models.
+    with_values: AtomicUsize,
 }
 
 /// Shapes that were judged before.
@@ -114,7 +117,8 @@ impl<'g, 'a> WhitenedData<'g, 'a> {
         let (whiteners, kept) = filters.into_iter().unzip();
         let (white, sums) = parts.into_iter().unzip();
         let groups = vec![0; model.tests()];
-        WhitenedData { model, whiteners, kept, groups, white, sums, known: Mutex::default(), columns: Mutex::default() }
+        let (known, columns, with_values) = (Mutex::default(), Mutex::default(), AtomicUsize::new(0));
+        WhitenedData { model, whiteners, kept, groups, white, sums, known, columns, with_values }
     }
 
     /// The same where the readings of each group of tests, by number from 0, have a weight of their own.
@@ -191,7 +195,12 @@ impl<'g, 'a> WhitenedData<'g, 'a> {
         };
         let shapes: Vec<Arc<KnownShape>> = locked(&self.known).by_shape.values().cloned().collect();
         let groups = self.group_count();
-        shapes.iter().for_each(|shape| locked(&shape.with).keep(&live, groups * shape.terms.len()));
+        let left = shapes.iter().map(|shape| {
+            let mut with = locked(&shape.with);
+            with.keep(&live, groups * shape.terms.len());
+            with.sums.len()
+        });
+        self.with_values.store(left.sum(), Ordering::Relaxed);
     }
 
     /// Products of the shape with this name of the family with this number, also with columns of a model.
@@ -240,7 +249,7 @@ impl<'g, 'a> WhitenedData<'g, 'a> {
     /// each soon worked out: they are not kept.
     fn products_with(
         &self,
-        known: &KnownShape,
+        known: &Arc<KnownShape>,
         profiles: &[Profile],
         (model, weights): (&[Arc<FittedColumn>], &[f64]),
         last: &mut LastShape,
@@ -267,9 +276,17 @@ impl<'g, 'a> WhitenedData<'g, 'a> {
                 sums.iter().enumerate().for_each(|(j, sum)| all[(i, j)] += weight * sum);
             }
         }
+        // a shape that there was no room for goes after this
+        if Arc::strong_count(known) == 1 {
+            return all;
+        }
         // products with a column that nothing keeps would stay for good
         let is_kept = |column: &FittedColumn| locked(&self.columns).by_id.contains_key(&column.id());
         for (column, sums) in new.iter().zip(&sums).filter(|(column, _)| column.home.is_none() && is_kept(column)) {
+            if self.with_values.fetch_add(sums.len(), Ordering::Relaxed) > MOST_VALUES {
+                self.with_values.fetch_sub(sums.len(), Ordering::Relaxed);
+                break;
+            }
             let place = with.places.len();
             with.places.insert(column.id(), place);
             with.sums.extend(sums);
