@@ -57,7 +57,7 @@ impl LastShape {
         if memory.as_ref().is_some_and(|memory| memory.gram.present == *present && memory.block == *block) {
             return memory.as_ref();
         }
-        let mut before = memory.take();
+        let before = memory.take();
         let known = before.as_ref().map_or(vec![None; present.len()], |before| equal(block, &before.block, rows));
         let mut white = of_unknown(block, &known, rows);
         whiten(&mut white);
@@ -67,9 +67,8 @@ impl LastShape {
         };
         let gram = Arc::new(TestGram { present: present.clone(), sums: products.gram });
         // the memory of the former block is written next
-        let mut kept = before.as_mut().map(|before| std::mem::take(&mut before.block)).unwrap_or_default();
-        std::mem::swap(&mut kept, block);
-        *memory = Some(TestProducts { block: kept, white: products.white, gram, cross: products.cross });
+        let written = std::mem::replace(block, before.map(|before| before.block).unwrap_or_default());
+        *memory = Some(TestProducts { block: written, white: products.white, gram, cross: products.cross });
         memory.as_ref()
     }
 
@@ -89,33 +88,15 @@ impl LastShape {
         }
         let (model, columns): (Vec<u64>, Vec<&[f64]>) = model.unzip();
         let memory = of_test(with, test);
-        let mut before = memory.take();
+        let before = memory.take();
         let same = before.as_ref().filter(|before| before.model == model);
         let known = same.map_or(vec![None; present.len()], |before| equal(block, &before.block, kept.all()));
-        let is_known = known.iter().any(Option::is_some);
-        let mut new = Cow::Borrowed(block.as_slice());
-        if is_known {
-            new = Cow::Owned(of_unknown(block, &known, kept.all()));
-        }
-        if kept.count() < kept.all() {
-            kept.gather(new.to_mut());
-        }
-        let mut sums = vec![0.0; new.len() / kept.count().max(1) * columns.len()];
-        add_products_with(&new, &columns, kept.count(), &mut sums);
-        if let Some(same) = same.filter(|_| is_known) {
-            let mut of_new = sums.chunks_exact(columns.len());
-            let mut all = Vec::with_capacity(known.len() * columns.len());
-            for known in &known {
-                all.extend_from_slice(match known {
-                    Some(at) => &same.sums[at * columns.len()..(at + 1) * columns.len()],
-                    None => of_new.next().unwrap_or_default(),
-                });
-            }
-            sums = all;
-        }
-        drop(new);
-        let mut written = before.as_mut().map(|before| std::mem::take(&mut before.block)).unwrap_or_default();
-        std::mem::swap(&mut written, block);
+        let of_new = products_of_unknown(block, &known, kept, &columns);
+        let sums = match same.filter(|_| known.iter().any(Option::is_some)) {
+            Some(same) => in_order(&known, &same.sums, &of_new, columns.len()),
+            None => of_new,
+        };
+        let written = std::mem::replace(block, before.map(|before| before.block).unwrap_or_default());
         let now = memory.insert(ProductsWith { block: written, model, sums });
         Some((present, &now.sums))
     }
@@ -152,12 +133,7 @@ impl TestProducts {
             places.saturating_sub(1)
         };
         let place: Vec<usize> = known.iter().map(place_of).collect();
-        let column = |k: usize| match known[k] {
-            Some(at) => &self.white[at * rows..(at + 1) * rows],
-            None => &new[place[k] * rows..(place[k] + 1) * rows],
-        };
-        let mut white = Vec::with_capacity(count * rows);
-        (0..count).for_each(|k| white.extend_from_slice(column(k)));
+        let white = in_order(known, &self.white, &new, rows);
         let mut with_all = vec![0.0; new.len() / rows * count];
         add_cross_products(&new, &white, rows, &mut with_all);
         let mut with_base = vec![0.0; seen * (new.len() / rows)];
@@ -209,4 +185,31 @@ fn of_unknown(block: &[f64], known: &[Option<usize>], rows: usize) -> Vec<f64> {
     let all = block.chunks_exact(rows).zip(known);
     all.filter(|(_, known)| known.is_none()).for_each(|(column, _)| unknown.extend_from_slice(column));
     unknown
+}
+
+/// Products of the columns of a block that are not known with others: those × others.
+fn products_of_unknown(block: &[f64], known: &[Option<usize>], kept: &KeptRows, others: &[&[f64]]) -> Vec<f64> {
+    let mut new = Cow::Borrowed(block);
+    if known.iter().any(Option::is_some) {
+        new = Cow::Owned(of_unknown(block, known, kept.all()));
+    }
+    if kept.count() < kept.all() {
+        kept.gather(new.to_mut());
+    }
+    let mut sums = vec![0.0; new.len() / kept.count().max(1) * others.len()];
+    add_products_with(&new, others, kept.count(), &mut sums);
+    sums
+}
+
+/// Rows of `width` numbers in the order of a block: the known ones from before, the others from `of_new`.
+fn in_order(known: &[Option<usize>], before: &[f64], of_new: &[f64], width: usize) -> Vec<f64> {
+    let mut of_new = of_new.chunks_exact(width);
+    let mut all = Vec::with_capacity(known.len() * width);
+    for known in known {
+        all.extend_from_slice(match known {
+            Some(at) => &before[at * width..(at + 1) * width],
+            None => of_new.next().unwrap_or_default(),
+        });
+    }
+    all
 }

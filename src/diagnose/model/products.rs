@@ -127,7 +127,6 @@ impl Products {
             (Gram::ByTest(own), Gram::ByTest(others)) => {
                 Gram::ByTest(own.into_iter().zip(others).map(|(own, other)| own.or(other)).collect())
             }
-            (Gram::Whole(own), Gram::Whole(others)) => Gram::Whole(own + others),
             (own, others) => {
                 let count = self.z.len();
                 Gram::Whole(own.whole(count) + others.whole(count))

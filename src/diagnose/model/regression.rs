@@ -17,7 +17,7 @@ use super::linear_model::{Column, LinearModel, Term};
 use super::prior_penalty::PriorPenalty;
 use super::products::Products;
 use super::shapes::name;
-use super::whitened::{ShapeProducts, WhitenedData, fill};
+use super::whitened::{ShapeProducts, WhitenedData, add_weighted, fill};
 use crate::effects::Profile;
 use crate::machine::Effect;
 use crate::statistics::{BlockEvidence, judge};
@@ -59,7 +59,7 @@ impl<'g, 'a> Regression<'g, 'a> {
 
     /// Fits nuisance and accepted columns to a session that has been whitened.
     pub fn on(whitened: Arc<WhitenedData<'g, 'a>>, accepted: &[Accepted]) -> Regression<'g, 'a> {
-        let weights = vec![1.0; whitened.groups().len().max(1)];
+        let weights = vec![1.0; whitened.group_count()];
         Regression::weighted(whitened, weights, accepted)
     }
 
@@ -169,11 +169,9 @@ impl<'g, 'a> Regression<'g, 'a> {
         let sums = self.whitened.sums_with(&model, count, &mut last, |test, block, present| {
             fill(columns, test, block, present);
         });
-        let over_groups = |sums: &[f64], j: usize| {
-            let groups = self.weights.iter().zip(sums.iter().skip(j).step_by(count));
-            groups.map(|(weight, sum)| weight * sum).sum()
-        };
-        self.in_priors(DMatrix::from_fn(sums.len(), count, |i, j| over_groups(&sums[i], j)))
+        let mut with = DMatrix::zeros(sums.len(), count);
+        sums.iter().enumerate().for_each(|(i, sums)| add_weighted(&mut with, i, sums, &self.weights));
+        self.in_priors(with)
     }
 
     /// Products of a block.

@@ -132,7 +132,7 @@ impl<'g, 'a> WhitenedData<'g, 'a> {
     }
 
     /// How many groups there are.
-    fn group_count(&self) -> usize {
+    pub fn group_count(&self) -> usize {
         self.groups.iter().max().map_or(1, |last| last + 1)
     }
 
@@ -272,9 +272,7 @@ impl<'g, 'a> WhitenedData<'g, 'a> {
                 Some(at) => Some(&with.sums[at * all_groups..(at + 1) * all_groups]),
                 None => of_new.next().map(Vec::as_slice),
             };
-            for (sums, weight) in row.unwrap_or_default().chunks_exact(count.max(1)).zip(weights) {
-                sums.iter().enumerate().for_each(|(j, sum)| all[(i, j)] += weight * sum);
-            }
+            add_weighted(&mut all, i, row.unwrap_or_default(), weights);
         }
         // a shape that there was no room for goes after this
         if Arc::strong_count(known) == 1 {
@@ -283,10 +281,10 @@ impl<'g, 'a> WhitenedData<'g, 'a> {
         // products with a column that nothing keeps would stay for good
         let is_kept = |column: &FittedColumn| locked(&self.columns).by_id.contains_key(&column.id());
         for (column, sums) in new.iter().zip(&sums).filter(|(column, _)| column.home.is_none() && is_kept(column)) {
-            if self.with_values.fetch_add(sums.len(), Ordering::Relaxed) > MOST_VALUES {
-                self.with_values.fetch_sub(sums.len(), Ordering::Relaxed);
+            if self.with_values.load(Ordering::Relaxed) + sums.len() > MOST_VALUES {
                 break;
             }
+            self.with_values.fetch_add(sums.len(), Ordering::Relaxed);
             let place = with.places.len();
             with.places.insert(column.id(), place);
             with.sums.extend(sums);
@@ -404,6 +402,13 @@ pub fn fill(columns: &[Column], test: usize, block: &mut Vec<f64>, present: &mut
     for (j, column) in columns.iter().enumerate().filter(|(_, column)| !column.by_test[test].is_empty()) {
         present.push(j);
         block.extend_from_slice(&column.by_test[test]);
+    }
+}
+
+/// Adds products of a column of a model, group after group, to its row, each group with its weight.
+pub fn add_weighted(all: &mut DMatrix<f64>, row: usize, sums: &[f64], weights: &[f64]) {
+    for (sums, weight) in sums.chunks_exact(all.ncols().max(1)).zip(weights) {
+        sums.iter().enumerate().for_each(|(j, sum)| all[(row, j)] += weight * sum);
     }
 }
 

@@ -111,7 +111,7 @@ impl<'g, 'a> State<'g, 'a> {
     /// What is left beside some columns.
     pub(super) fn regression(&self, joint: &[Accepted]) -> Regression<'g, 'a> {
         let (noise, data) = &self.whitened;
-        Regression::weighted(data.clone(), weights(data.groups(), noise, &self.noise), joint)
+        Regression::weighted(data.clone(), weights(data, noise, &self.noise), joint)
     }
 
     /// The same for rows and for averaged rows alike: poses are not averaged.
@@ -346,9 +346,9 @@ impl<'g, 'a> State<'g, 'a> {
 }
 
 /// By group of tests: how much more squares count under a noise than under another one.
-fn weights(groups: &[usize], from: &[NoiseModel], to: &[NoiseModel]) -> Vec<f64> {
-    let mut weights = vec![1.0; groups.len().max(1)];
-    for (&group, (from, to)) in groups.iter().zip(from.iter().zip(to)) {
+fn weights(data: &WhitenedData, from: &[NoiseModel], to: &[NoiseModel]) -> Vec<f64> {
+    let mut weights = vec![1.0; data.group_count()];
+    for (&group, (from, to)) in data.groups().iter().zip(from.iter().zip(to)) {
         weights[group] = (from.white_mm / to.white_mm).powi(2);
     }
     weights
