@@ -275,6 +275,9 @@ struct Case {
 
 const PIVOT: &str = "pivot: {link: C, at: [0, 100, 0]}";
 
+/// Spreads of 20, 3 and 0.5 µm, as one who takes them for mm writes them.
+const SPREADS_TOO_SMALL: &str = "spread: {pivot: 0.02 um, spindle_ball: 0.003 um, bar_length: 0.0005 um}\ntests:";
+
 /// The recordings of the true session where the pivots stand otherwise in some tests, under the session as it is.
 fn recorded_elsewhere(files: &mut Files, tests: fn(String) -> String) {
     let moved = recorded_by(MACHINE, tests, 20, 1.0);
@@ -779,6 +782,44 @@ const CASES: &[Case] = &[
             f.insert("c-short-cw.csv".into(), other["c-short-cw.csv"].clone());
         },
         due: Named(&["foreign-file"], "c-short-cw does not belong"),
+    },
+    Case {
+        name: "files of two programs from another day",
+        make: |f| {
+            let is_other = |name: &str| ["c-short-cw", "a-far-ccw"].contains(&name);
+            let of_that_day = recorded_by(
+                MACHINE,
+                |text| pivots_moved(text, |name| (!name.starts_with("name:")).then_some([0.05, -0.04])),
+                33,
+                1.0,
+            );
+            f.extend(of_that_day.into_iter().filter(|(name, _)| is_other(name.trim_end_matches(".csv"))));
+        },
+        due: Named(&["foreign-file"], "c-short-cw, a-far-ccw do not belong"),
+    },
+    Case {
+        name: "X touched off anew before the second half",
+        make: |f| {
+            recorded_elsewhere(f, |text| {
+                let is_later = |part: &str| ["a-far", "c-side", "a-high"].iter().any(|begin| part.starts_with(begin));
+                let moved = |part: &str| match is_later(part) {
+                    true => part.replace("{X: 0,", "{X: 0.2,").replace("{X: -111.8034,", "{X: -111.6034,"),
+                    false => part.to_string(),
+                };
+                text.split("  - name: ").map(moved).collect::<Vec<String>>().join("  - name: ")
+            })
+        },
+        due: Named(&["standing-axis"], "its zero was touched off anew"),
+    },
+    Case {
+        name: "all spreads a thousand times too small",
+        make: |f| edit(f, "session.yaml", "tests:", SPREADS_TOO_SMALL),
+        due: Named(&["unit"], "spreads are stated a thousand times too small"),
+    },
+    Case {
+        name: "the spindle ball's spread in nanometres",
+        make: |f| edit(f, "session.yaml", "tests:", "spread: {spindle_ball: 0.003 um}\ntests:"),
+        due: Doubted("every σ would hold only with that"),
     },
     Case {
         name: "half of a file",

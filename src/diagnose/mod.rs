@@ -52,7 +52,7 @@ use self::findings::standing::Standing;
 use self::model::prior_penalty::{WIDER_SETUPS, fitted_anyway};
 use self::noise::noise_floor::mean_noise_mm2;
 use self::preflight::contradictions::further_contradiction;
-use self::preflight::doubts::{displaced, strained, too_few};
+use self::preflight::doubts::{displaced, known_too_well, strained, too_few};
 use self::preflight::examine::examined;
 use self::preflight::mistake_or_effect::{Doubt, Held, held_against_physics};
 use self::preflight::quick_fit::strain;
@@ -108,6 +108,7 @@ pub fn diagnose_with(session: &Session, options: &Options, thresholds: Threshold
             .or_else(|| unchanging(session)),
         _ => examination.fit.as_ref().and_then(too_few).or_else(|| unchanging(session)),
     };
+    let doubt = doubt.or_else(|| known_too_well(session).filter(|_| diagnosis.verdict != Verdict::DataFault));
     Ok(match doubt {
         None => diagnosis,
         Some(reason) if diagnosis.verdict == Verdict::Clean => diagnosis.not_to_be_judged(reason),

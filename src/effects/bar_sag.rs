@@ -6,7 +6,7 @@
 //! that rests on its ends. What is constant belongs to the bar's length: both functions are less their value at `α = 0`.
 
 use super::candidates::{CandidateFamily, Observations, none, with_number};
-use super::context::{Profile, SAME_BAR_MM};
+use super::context::Profile;
 use super::contract::{
     DefaultValue, Documented, Driver, Kind, Notable, Parameter, ParameterUnit, Signature, Unseen, no_check,
     plain_measure,
@@ -85,9 +85,7 @@ fn tilting_bars(seen: &Observations) -> Vec<CandidateFamily> {
     if tests.iter().all(|test| test.reading.part().is_some()) {
         return Vec::new(); // points, poses and sockets have no bar
     }
-    let mut lengths: Vec<f64> = seen.setups.bars.iter().filter_map(|bar| tests[bar.first_test].bar_length_mm).collect();
-    lengths.sort_by(f64::total_cmp);
-    lengths.dedup_by(|one, other| (*one - *other).abs() < SAME_BAR_MM);
+    let lengths = seen.bars_mm();
     let alone =
         lengths.iter().filter(|_| lengths.len() > 1).map(|&bar| with_number(BAR_SAG.name, Place::Bar, "bar", bar));
     let grid: Vec<Effect> = std::iter::once(Effect::new(BAR_SAG.name, Place::Bar)).chain(alone).collect();

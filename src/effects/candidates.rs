@@ -2,6 +2,7 @@
 //! nothing; what each effect says of itself stands in its own file.
 
 use super::Context;
+use super::context::SAME_BAR_MM;
 use crate::machine::{AxisKind, Component, Effect, Machine, Outlet, ParameterValue, Place};
 use crate::readings::{Kind, Part};
 use crate::session::Setups;
@@ -65,6 +66,16 @@ impl<'a> Observations<'a> {
     /// Tests in which an axis moves.
     pub fn tests_moving(&self, axis: usize) -> Vec<usize> {
         (0..self.context.tests()).filter(|&test| self.context.motion(test).moving.contains(&axis)).collect()
+    }
+
+    /// Lengths of the bars, mm, each once.
+    pub fn bars_mm(&self) -> Vec<f64> {
+        let tests = &self.context.session().tests;
+        let bars = self.setups.bars.iter().filter_map(|bar| tests[bar.first_test].bar_length_mm);
+        let mut lengths: Vec<f64> = bars.collect();
+        lengths.sort_by(f64::total_cmp);
+        lengths.dedup_by(|one, other| (*one - *other).abs() < SAME_BAR_MM);
+        lengths
     }
 
     /// End of the last test, s since the session began.

@@ -11,6 +11,7 @@ mod asynchronous;
 mod axis_shift;
 mod backlash;
 mod ball_seat;
+mod bar_change;
 mod bar_sag;
 mod beat;
 mod candidates;
@@ -89,6 +90,7 @@ pub static KINDS: &[&Kind] = &[
     &weight::WEIGHT_COMPLIANCE,
     &thermal::THERMAL_GROWTH,
     &thermal::BAR_LENGTH,
+    &bar_change::BAR_CHANGE,
     &bar_sag::BAR_SAG,
     &straightness::STRAIGHTNESS,
     &clamp_lift::CLAMP_LIFT,

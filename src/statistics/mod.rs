@@ -26,5 +26,5 @@ pub(crate) use parabolas::{Local, parabolas};
 pub(crate) use principal::principal;
 pub(crate) use products::{add_cross_products, add_products, add_products_with};
 pub use robust::median;
-pub(crate) use robust::{OF_THIRD_DIFFERENCES, noise_of_rows, robust_sigma, third_differences};
+pub(crate) use robust::{OF_THIRD_DIFFERENCES, independent_share, noise_of_rows, robust_sigma, third_differences};
 pub use whitener::Whitener;

@@ -26,6 +26,19 @@ pub fn third_differences(values: &[f64]) -> impl Iterator<Item = f64> {
     values.windows(4).map(|v| v[0] - 3.0 * v[1] + 3.0 * v[2] - v[3])
 }
 
+/// Correlation of neighbours beyond which noise counts no less.
+const MOST_CORRELATED: f64 = 0.95;
+
+/// Share of values that count as independent, by how far neighbours in a trace agree: `(1 − r) / (1 + r)`, r their correlation, as of
+/// a first-order autoregressive process (Bartlett 1946). What is not finite is left out; nothing is left of none.
+pub fn independent_share(traces: &[Vec<f64>]) -> f64 {
+    let pairs = || traces.iter().flat_map(|trace| trace.windows(2)).filter(|pair| pair.iter().all(|x| x.is_finite()));
+    let products: f64 = pairs().map(|pair| pair[0] * pair[1]).sum();
+    let squares: f64 = pairs().map(|pair| 0.5 * (pair[0] * pair[0] + pair[1] * pair[1])).sum();
+    let correlated = if squares > 0.0 { (products / squares).clamp(0.0, MOST_CORRELATED) } else { 0.0 };
+    (1.0 - correlated) / (1.0 + correlated)
+}
+
 /// Noise of values from row to row, whatever slow curve they follow; rows without one are passed over.
 pub fn noise_of_rows(values: &[f64]) -> f64 {
     let finite: Vec<f64> = values.iter().copied().filter(|value| value.is_finite()).collect();

@@ -2,7 +2,7 @@
 
 use super::quick_fit::{LEAST_SPREAD_MM, MOST_STRAIN};
 use crate::identify::{Estimate, Fit, FreePrior, Quantity, TestFit, Unknown};
-use crate::session::{Recording, Session, Test};
+use crate::session::{Recording, Session, Setups, Test};
 use crate::statistics::{median, noise_of_rows};
 use statrs::function::erf::erfc;
 use std::f64::consts::SQRT_2;
@@ -137,6 +137,27 @@ pub(crate) fn too_few(fit: &Fit) -> Option<String> {
         format!(
             "{readings} readings tell {told:.0} unknowns: what they leave does not say how well, so no error is called determined; record more of \
              them, {LEAST_REDUNDANCY:.0} more than unknowns at least"
+        )
+    })
+}
+
+/// Spread of a ball's place below which none is known, µm: the best balls are out of round by more (ISO 3290-1, grade 3: 0.08 µm).
+const LEAST_KNOWN_UM: f64 = 0.05;
+
+/// A ball that is stated to be where no ball is known to be, in words: errors take up what it may not.
+pub(crate) fn known_too_well(session: &Session) -> Option<String> {
+    if session.has_parts() {
+        return None;
+    }
+    let setups = Setups::of(session);
+    let balls = setups.pivots.iter().chain(&setups.spindle_balls);
+    let best = balls.min_by(|one, other| one.spread_mm.total_cmp(&other.spread_mm))?;
+    let stated_um = 1e3 * best.spread_mm;
+    (stated_um < LEAST_KNOWN_UM).then(|| {
+        format!(
+            "the spread of {} is stated as {stated_um:.1e} µm, where balls themselves are round to some hundredths: every σ would hold only with \
+             that, so no error is called determined; look after the unit, or state the spread that is true",
+            best.label
         )
     })
 }

@@ -2,7 +2,7 @@
 
 use super::contradictions::{contradiction, copied_rows, further_contradiction};
 use super::data_fault::{DataFault, RECORDER};
-use super::doubts::{displaced, left_over, misfit, repeats_um, strained, too_few, unjudged, warnings};
+use super::doubts::{displaced, known_too_well, left_over, misfit, repeats_um, strained, too_few, unjudged, warnings};
 use super::gross_misfit::contest;
 use super::mistake_or_effect::held_against_physics;
 use super::places::frames::moved;
@@ -84,6 +84,7 @@ pub fn examine(session: &Session, options: &Options) -> Result<Examination, FitE
                 .chain(displaced(fit))
                 .chain(unchanging(session))
                 .chain(too_few(fit))
+                .chain(known_too_well(session))
         })
         .collect();
     if !doubts.is_empty() {

@@ -8,7 +8,8 @@ use super::places::exchanged;
 use super::places::foreign::foreign;
 use super::places::misplaced::on_any_link;
 use super::places::remounted::mounted_anew;
-use super::places::standing::{a_little_elsewhere, columns_off, slides_off, stood_still};
+use super::places::spreads::stated_too_small;
+use super::places::standing::{a_little_elsewhere, columns_off, slides_off, stood_off, stood_still, touched_off_anew};
 use super::places::sweeps::other_arcs;
 use super::places::written_positions::positions_written_otherwise;
 use super::quick_fit::{Refit, robust_rms_mm};
@@ -20,7 +21,7 @@ use super::readings::scaled::{per_100_mm, scaled, scaled_by_any, zeroed};
 use super::readings::steps::cut_off;
 use super::readings::taken_off::taken_off;
 use super::readings::unsigned::unsigned;
-use super::struck_together::{StruckTogether, all, distinct};
+use super::struck_together::{StruckTogether, all, distinct, of_two_programs};
 use super::suspicion::Suspicion;
 use crate::diagnose::model::decimate::Sampled;
 use crate::statistics::rms;
@@ -63,7 +64,13 @@ pub(crate) fn suspicions(sampled: Sampled<'_>, as_it_is: &Refit) -> Vec<Suspicio
     list.extend(scaled(session, &distinct([&pieces, conversions, bars])));
     // a gauge taken down between the directions has another zero in one of them
     list.extend(zeroed(session, &distinct([&pieces, conversions])));
-    list.extend(pieces.iter().flat_map(|tests| foreign(session, tests)));
+    list.extend(
+        pieces
+            .iter()
+            .chain(&of_two_programs(session, &worst_of(&as_it_is.residual_mm, PAIRED_TESTS)))
+            .flat_map(|tests| foreign(session, tests)),
+    );
+    list.extend(stated_too_small(session));
     list.extend(stood_still(session, &groups));
     list.extend(a_little_elsewhere(session, &worst, runs));
     list.extend(mounted_anew(session, &groups.all_one_way));
@@ -72,6 +79,8 @@ pub(crate) fn suspicions(sampled: Sampled<'_>, as_it_is: &Refit) -> Vec<Suspicio
     list.extend(cut_off(sampled));
     if let Some(linearised) = Linearised::of(session, as_it_is) {
         list.extend(slides_off(session, &linearised, &pieces));
+        list.extend(stood_off(session, &linearised));
+        list.extend(touched_off_anew(session, &linearised));
         let of_any = distinct([&pieces, conversions, &groups.conversions_one_way, bars]);
         list.extend(per_100_mm(session));
         list.extend(scaled_by_any(session, &linearised, &of_any));
@@ -94,10 +103,17 @@ const SHIFTS_S: &[f64] =
 /// Single tests tried for a shift.
 const WORST_TESTS: usize = 3;
 
+/// Tests with the largest residual of which two together are tried: a common fit shares what one run has between both runs of its program.
+const PAIRED_TESTS: usize = 6;
+
 /// Tests with the largest residual in a common fit.
 pub(crate) fn worst_tests(residual_mm: &[Vec<f64>]) -> Vec<usize> {
+    worst_of(residual_mm, WORST_TESTS)
+}
+
+fn worst_of(residual_mm: &[Vec<f64>], count: usize) -> Vec<usize> {
     let mut order: Vec<(usize, f64)> =
         residual_mm.iter().map(|residual| rms(residual.iter().copied())).enumerate().collect();
     order.sort_by(|a, b| b.1.total_cmp(&a.1));
-    order.into_iter().take(WORST_TESTS).map(|(test, _)| test).collect()
+    order.into_iter().take(count).map(|(test, _)| test).collect()
 }

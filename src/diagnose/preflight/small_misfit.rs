@@ -6,7 +6,7 @@
 
 use crate::diagnose::cause::MOST_RIVALS;
 use crate::diagnose::fault_kind::FaultKind;
-use crate::statistics::{median, noise_of_rows, rms};
+use crate::statistics::{independent_share, median, noise_of_rows, rms};
 
 use rayon::prelude::*;
 use std::cell::OnceCell;
@@ -24,7 +24,7 @@ use super::places::exchanged::repeats;
 use super::places::misplaced::nearby;
 use super::places::restated::restated;
 use super::places::standing::column_off;
-use super::quick_fit::{MOST_STRAIN, refit, refit_up_to};
+use super::quick_fit::{MOST_STRAIN, Refit, refit, refit_up_to};
 use super::readings::scaled::{least_zero_mm, log_of_any_size, own_zero_mm};
 use super::readings::steps::step_of_readings;
 use super::suspicion::{Judged, Suspicion, Tried};
@@ -178,14 +178,13 @@ fn suspected(session: &Session) -> Vec<Suspected> {
         })
         .collect();
     bring_nearer(sampled, misfit_um, &mut judged);
-    let rows = readings(&thinned) as f64;
+    let rows = independent_readings(&thinned, &as_it_is, &judged);
     judged.sort_by(|a, b| a.weighed_um(rows).total_cmp(&b.weighed_um(rows)));
     let foreign = judged.extract_if(.., |one| one.suspicion.kind == FaultKind::ForeignFile).collect();
     let foreign = likeliest(foreign, rows).map(|(best, _)| best);
     let Some((best, others)) = likeliest(judged, rows) else { return Vec::new() };
     let best = widened(&thinned, misfit_um, best);
     let best = toggled(sampled, misfit_um, best);
-    let after_um = best.left_um;
     let with_odds = |Judged { left_um: after_um, suspicion: best }: Judged, alike: Vec<Judged>| {
         // which of them was made nothing tells: together they are as likely as all of them, on the same columns and tests once
         let guessed = |one: &Suspicion| (one.kind, one.components.clone(), one.tests.clone());
@@ -208,13 +207,21 @@ fn suspected(session: &Session) -> Vec<Suspected> {
     };
     let alike_um = (1.0 + SAME_MISFIT_SHARE) * best.weighed_um(rows);
     let alike: Vec<Judged> = others.into_iter().filter(|other| other.weighed_um(rows) < alike_um).collect();
-    let foreign = foreign.filter(|foreign| foreign.left_um < NEARLY_SAME_RATIO * after_um);
+    let best_um = best.weighed_um(rows);
+    let foreign = foreign.filter(|foreign| foreign.weighed_um(rows) < NEARLY_SAME_RATIO * best_um);
+    let is_far_better = foreign.as_ref().is_some_and(|foreign| FOREIGN_GAIN * foreign.weighed_um(rows) < best_um);
     let foreign = foreign.map(|foreign| with_odds(foreign, Vec::new()));
-    let best = with_odds(best, alike);
-    match foreign {
-        Some(foreign) if FOREIGN_GAIN * foreign.after_um < after_um => vec![foreign],
-        foreign => std::iter::once(best).chain(foreign).collect(),
-    }
+    let best = (!is_far_better).then(|| with_odds(best, alike));
+    best.into_iter().chain(foreign).collect()
+}
+
+/// Readings of a session that count as independent, by what the mistake that leaves least leaves of them: noise that wanders is followed by
+/// whatever has a figure in every run.
+fn independent_readings(thinned: &Session, as_it_is: &Refit, judged: &[Judged]) -> f64 {
+    let least = judged.iter().min_by(|one, other| one.left_um.total_cmp(&other.left_um));
+    let refitted = least.and_then(|least| refit(&least.suspicion.undone, Some(&as_it_is.values)));
+    let share = refitted.map_or(1.0, |refitted| independent_share(&refitted.residual_mm));
+    share * readings(thinned) as f64
 }
 
 /// Rows of all recordings.

@@ -48,6 +48,13 @@ pub(super) fn all(session: &Session) -> Vec<usize> {
     (0..session.tests.len()).collect()
 }
 
+/// Two of some tests, of different programs: what may have been put beside the others for both.
+pub(super) fn of_two_programs(session: &Session, tests: &[usize]) -> Vec<Vec<usize>> {
+    let pairs = tests.iter().enumerate().flat_map(|(k, &one)| tests[k + 1..].iter().map(move |&other| [one, other]));
+    let of_two = pairs.filter(|&[one, other]| !session.tests[one].is_repeat_of(&session.tests[other]));
+    of_two.map(|[one, other]| vec![one.min(other), one.max(other)]).collect()
+}
+
 /// Groups of tests, each once.
 pub(super) fn distinct<const N: usize>(of: [&[Vec<usize>]; N]) -> Vec<Vec<usize>> {
     let mut groups: Vec<Vec<usize>> = Vec::new();

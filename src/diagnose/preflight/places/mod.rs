@@ -11,6 +11,7 @@ pub(crate) mod loaded;
 pub(crate) mod misplaced;
 pub(crate) mod remounted;
 pub(crate) mod restated;
+pub(crate) mod spreads;
 pub(crate) mod standing;
 pub(crate) mod sweeps;
 pub(crate) mod written_positions;

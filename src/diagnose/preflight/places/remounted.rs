@@ -1,4 +1,4 @@
-//! Balls that were mounted anew where the session states one setup: for the runs one way, or for every program. Whether they were is for others to judge.
+//! Balls that were mounted anew where the session states one setup: for the runs one way, for every program, or for every run. Whether they were is for others to judge.
 
 use super::ball_places::End;
 use super::exchanged::repeats;
@@ -13,7 +13,7 @@ use crate::session::{Session, Setups};
 const TOLD_MM: f64 = 1e-4;
 const COORDINATES_TOLD: f64 = 2.0;
 
-/// One ball mounted anew for the tests of one way, `one_way`, or for every program of the session.
+/// One ball mounted anew for the tests of one way, `one_way`, for every program of the session, or for every run.
 pub(crate) fn mounted_anew(session: &Session, one_way: &[Vec<usize>]) -> Vec<Suspicion> {
     let mut list = Vec::new();
     // as near to its place as stated, or anywhere that a cup is put
@@ -38,6 +38,20 @@ pub(crate) fn mounted_anew(session: &Session, one_way: &[Vec<usize>]) -> Vec<Sus
         );
         let group = |test: usize| firsts[test];
         let guesses = spreads.map(|spread| remounted(session, end, (&[], &says, "every program"), spread, group));
+        list.extend(guesses.into_iter().flatten());
+        if (0..firsts.len()).all(|test| firsts[test] == test) {
+            continue;
+        }
+        let turned = match end {
+            End::Pivot => "it was mounted anew for each",
+            End::Spindle => {
+                "it was mounted anew for each, or the spindle was not locked and turned between them: lock it"
+            }
+        };
+        let says = format!(
+            "the {ball} stood elsewhere in every run: {turned}; record the runs anew, or state a 'setup' of its own of it in each"
+        );
+        let guesses = spreads.map(|spread| remounted(session, end, (&[], &says, "every run"), spread, |test| test));
         list.extend(guesses.into_iter().flatten());
     }
     list

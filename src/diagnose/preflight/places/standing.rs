@@ -200,11 +200,127 @@ pub(crate) fn slides_off(session: &Session, linearised: &Linearised, groups: &[V
     let linear = machine.axes_of(AxisKind::Linear);
     let of = |axis: usize, tests: &Vec<usize>| {
         let beside = column_off(session, axis, tests, SMALL_MM)?;
-        let sizes = linearised.fitted(&[linearised.figure_of(&beside.undone, tests, SMALL_MM)?])?;
-        let off = column_off(session, axis, tests, sizes[0].value).filter(|_| sizes[0].value.abs() > LEAST_MM)?;
+        let along = linearised.fitted(&[linearised.figure_of(&beside.undone, tests, SMALL_MM)?])?[0].value;
+        let shift = by_secants(linearised, tests, along, |shift| Some(column_off(session, axis, tests, shift)?.undone));
+        let off = column_off(session, axis, tests, shift).filter(|_| shift.abs() > LEAST_MM)?;
         Some(Suspicion { log_figures: -PARAMETER_COST, is_found: false, ..off })
     };
     linear.flat_map(|axis| groups.iter().filter_map(move |tests| of(axis, tests))).collect()
+}
+
+/// Angle by which derivatives by a rotary axis are found, rad; and turns below which an axis is not told from errors of its own line, rad.
+const SMALL_RAD: f64 = 1e-5;
+const LEAST_RAD: f64 = 3e-4;
+
+/// Axes that stood elsewhere, or counted from another zero, that are tried by what they gain, of each kind of mistake.
+const MOST_FITTED: usize = 4;
+
+/// An axis that is off by the figure that fits best.
+struct Fitting {
+    axis: usize,
+    tests: Vec<usize>,
+    shift: f64,
+    /// What it takes off the squares, in those of the noise.
+    gain: f64,
+}
+
+/// The figures that gain most, of axes that are off in some tests as `off` has them.
+fn fitting(
+    session: &Session,
+    linearised: &Linearised,
+    axes_and_tests: impl Iterator<Item = (usize, Vec<usize>)>,
+    off: impl Fn(usize, &[usize], f64) -> Option<Session>,
+) -> Vec<Fitting> {
+    let fit = |(axis, tests): (usize, Vec<usize>)| {
+        let (small, least) = match session.machine.axes[axis].kind {
+            AxisKind::Linear => (SMALL_MM, LEAST_MM),
+            AxisKind::Rotary => (SMALL_RAD, LEAST_RAD),
+        };
+        let figure = linearised.figure_of(&off(axis, &tests, small)?, &tests, small)?;
+        let size = *linearised.fitted(&[figure])?.first()?;
+        (size.value.abs() > least).then(|| Fitting {
+            axis,
+            tests,
+            shift: size.value,
+            gain: (size.value / size.sigma).powi(2),
+        })
+    };
+    let mut list: Vec<Fitting> = axes_and_tests.filter_map(fit).collect();
+    list.sort_by(|one, other| other.gain.total_cmp(&one.gain));
+    list.truncate(MOST_FITTED);
+    for Fitting { axis, tests, shift, .. } in &mut list {
+        *shift = by_secants(linearised, tests, *shift, |shift| off(*axis, tests, shift));
+    }
+    list
+}
+
+/// Times that a figure is fitted along its own secant, so that what its square does counts as well.
+const SECANTS: usize = 2;
+
+/// A figure that was fitted along its tangent, as it fits best along the way that it goes.
+fn by_secants(linearised: &Linearised, tests: &[usize], mut shift: f64, off: impl Fn(f64) -> Option<Session>) -> f64 {
+    for _ in 0..SECANTS {
+        let along = off(shift).and_then(|off| linearised.figure_of(&off, tests, shift));
+        let fitted = along.and_then(|figure| linearised.fitted(&[figure])?.first().map(|size| size.value));
+        shift = fitted.filter(|fitted| fitted.is_finite() && *fitted != 0.0).unwrap_or(shift);
+    }
+    shift
+}
+
+/// Axes that stood elsewhere by what fits best: in the repeats of a test, or wherever they stood alike.
+pub(crate) fn stood_off(session: &Session, linearised: &Linearised) -> Vec<Suspicion> {
+    let axes = 0..session.machine.axes.len();
+    let stood = axes.flat_map(|axis| groups(session, axis).into_iter().map(move |tests| (axis, tests)));
+    let off = |axis: usize, tests: &[usize], shift: f64| Some(stood_at(session, axis, tests, shift)?.undone);
+    let list = fitting(session, linearised, stood, off);
+    list.into_iter().filter_map(|Fitting { axis, tests, shift, .. }| stood_at(session, axis, &tests, shift)).collect()
+}
+
+/// Slides whose zero was touched off anew during the session: from one of its tests on they are off by what fits best, whether they
+/// stand or move.
+pub(crate) fn touched_off_anew(session: &Session, linearised: &Linearised) -> Vec<Suspicion> {
+    let mut order: Vec<usize> = (0..session.tests.len()).collect();
+    order.sort_by(|&one, &other| session.tests[one].started_at_s.total_cmp(&session.tests[other].started_at_s));
+    let order = &order;
+    let slides = session.machine.axes_of(AxisKind::Linear);
+    let later = slides.flat_map(|axis| (1..order.len()).map(move |first| (axis, order[first..].to_vec())));
+    let list =
+        fitting(session, linearised, later, |axis, tests, shift| Some(counted_from(session, axis, tests, shift)));
+    let told = |Fitting { axis, tests, shift, .. }: Fitting| {
+        let name = &session.machine.axes[axis].name;
+        let first = &session.tests[tests[0]].name;
+        let says = format!(
+            "{name} is off by about {:.2} mm from {first} on: its zero was touched off anew during the session; add {shift:.2} to its positions \
+             from there on, or make two sessions of it",
+            -shift
+        );
+        let undone = counted_from(session, axis, &tests, shift);
+        let found = Suspicion::new(FaultKind::StandingAxis, SESSION, names(session, &tests), says, undone);
+        Suspicion {
+            components: vec![name.clone()],
+            detail: Detail::sizes(&[shift], 0.01),
+            log_figures: -PARAMETER_COST,
+            weight: RARELY,
+            ..found
+        }
+    };
+    list.into_iter().map(told).collect()
+}
+
+/// The session with a slide counted from another zero in some tests, mm: where it stands, and where it moves.
+fn counted_from(session: &Session, axis: usize, tests: &[usize], shift_mm: f64) -> Session {
+    let mut undone = session.clone();
+    for &test in tests {
+        let test = &mut undone.tests[test];
+        test.positions[axis] = test.positions[axis].map(|at| at + shift_mm);
+        let recording = test.recording.as_mut();
+        let column = recording.and_then(|recording| {
+            let column = recording.column_of(axis)?;
+            recording.positions.get_mut(column)
+        });
+        column.into_iter().flatten().for_each(|q| *q += shift_mm);
+    }
+    undone
 }
 
 /// The session with the column of an axis moved by an angle or distance in some tests, rad or mm.
