@@ -812,6 +812,11 @@ const CASES: &[Case] = &[
         due: Named(&["standing-axis"], "its zero was touched off anew"),
     },
     Case {
+        name: "spreads of both balls a thousand times too small",
+        make: |f| edit(f, "session.yaml", "tests:", "spread: {pivot: 0.02 um, spindle_ball: 0.003 um}\ntests:"),
+        due: Named(&["unit"], "spreads are stated a thousand times too small"),
+    },
+    Case {
         name: "all spreads a thousand times too small",
         make: |f| edit(f, "session.yaml", "tests:", SPREADS_TOO_SMALL),
         due: Named(&["unit"], "spreads are stated a thousand times too small"),

@@ -96,26 +96,6 @@ fn a_table_that_stands_elsewhere_from_test_to_test_is_found() {
 }
 
 #[test]
-fn a_ball_that_turns_with_the_spindle_from_test_to_test_is_found() {
-    let radius = 15.0;
-    let of = |(k, name): (usize, String)| {
-        // angles of a spindle that nothing holds
-        let (sin, cos) = (2.4 * k as f64 + 1.3 * (k as f64).sin()).sin_cos();
-        let (x, y) = (radius * cos, radius * sin);
-        format!(
-            "  - {{effect: repeatability, place: spindle-ball, tests: [{name}], sizes: {{x: {x} um, y: {y} um}}}}\n"
-        )
-    };
-    let lines: String = tests().into_iter().enumerate().map(of).collect();
-    let json = diagnosed(&format!("effects:\n{lines}"));
-    let first = &json["findings"][0];
-    println!("{first:#}");
-    let words = first["size"]["meaning"].as_str().expect("meaning");
-    let is_effect = first["effect"] == "repeatability" && first["place"] == "spindle-ball";
-    assert!(is_effect || words.contains("the spindle ball stood elsewhere in every run"), "{first:#}");
-}
-
-#[test]
 fn a_bar_that_is_longer_from_a_test_on_is_found() {
     let json = diagnosed("effects:\n  - {effect: bar-change, place: bar, time: 715, sizes: {length: 6 um}}\n");
     is_found(&json, ("bar-change", "bar"), 6.0);

@@ -1,5 +1,4 @@
-//! An axis that does not come back to the same place, and a ball that turns with a spindle which is not locked: they stand or run elsewhere
-//! in every test. What returns as the direction of
+//! An axis that does not come back to the same place: it stands or runs elsewhere in every test. What returns as the direction of
 //! motion does is in `backlash`; what moves once in a session is in `axis_shift`.
 //!
 //! `E = s_t` in test t: the spread of the s_t is the repeatability of positioning of ISO 230-2 for its own motion, and that of
@@ -18,12 +17,9 @@ pub static REPEATABILITY: Kind = Kind {
     driver: Driver::Time,
     formula: "E = s, of each test its own s",
     size_meaning: "rms of the tests",
-    cause: "clamp, brake or reference that takes hold elsewhere each time, a loose bearing or key, stick-slip as the axis stops; of the ball in the spindle: a spindle that is not locked",
-    remedy: "measure unidirectional repeatability of that axis (ISO 230-2), with and without its clamp; lock the spindle",
-    titles: &[
-        ("spindle-ball", "The ball in the spindle stands elsewhere from test to test"),
-        ("", "{place} stands elsewhere from test to test ({moving})"),
-    ],
+    cause: "clamp, brake or reference that takes hold elsewhere each time, a loose bearing or key, stick-slip as the axis stops",
+    remedy: "measure unidirectional repeatability of that axis (ISO 230-2), with and without its clamp",
+    titles: &[("", "{place} stands elsewhere from test to test ({moving})")],
     measures: Some("rms of the tests"),
     notable: Notable { length: 3.0, angle: 3.0 },
     shown_by: ShownBy { arm: None, rotary: None, other: ShowingTest::RepeatAtEnd },
@@ -35,18 +31,15 @@ pub static REPEATABILITY: Kind = Kind {
     candidates: places,
     candidates_of_poses: none,
     documented: Documented {
-        place: "any axis, `spindle-ball`",
-        components: "all; `x y z` on its link",
+        place: "any axis",
+        components: "all",
         functions: "1",
         parameters: "– (`tests`: each test has a size of its own)",
         unit: "um, arcsec",
     },
     parameters: &[],
     check: no_check,
-    outlets: |machine, place| match place {
-        Place::SpindleBall => ball(),
-        _ => of_any_axis(machine, place),
-    },
+    outlets: of_any_axis,
     measure: plain_measure,
     functions: single_function,
     profiles: |context, _| Ok(vec![context.profile(|_, _| 1.0)]),
@@ -59,16 +52,12 @@ const LOG_ODDS_AGAINST: f64 = 15.0;
 /// Tests from which on what differs from test to test is told from what happens once.
 const LEAST_TESTS: usize = 4;
 
-fn ball() -> Vec<Outlet> {
-    (0..3).map(Outlet::SpindleBall).collect()
-}
-
 fn places(seen: &Observations) -> Vec<CandidateFamily> {
     if seen.context.tests() < LEAST_TESTS {
         return Vec::new();
     }
-    let family = |place: Place, outlets: Vec<Outlet>| {
-        CandidateFamily::new(REPEATABILITY.name, place, outlets, PLAUSIBLE)
+    let family = |axis: usize, outlets: Vec<Outlet>| {
+        CandidateFamily::new(REPEATABILITY.name, Place::Axis(axis), outlets, PLAUSIBLE)
             .rare(LOG_ODDS_AGAINST)
             .by_test((0..seen.context.tests()).collect())
     };
@@ -83,7 +72,7 @@ fn places(seen: &Observations) -> Vec<CandidateFamily> {
             }
             AxisKind::Linear => vec![own],
         };
-        outlets.into_iter().map(|outlets| family(Place::Axis(axis), outlets)).collect::<Vec<_>>()
+        outlets.into_iter().map(move |outlets| family(axis, outlets)).collect::<Vec<_>>()
     };
-    (0..machine.axes.len()).flat_map(of_axis).chain([family(Place::SpindleBall, ball())]).collect()
+    (0..machine.axes.len()).flat_map(of_axis).collect()
 }

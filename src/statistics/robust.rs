@@ -30,7 +30,7 @@ pub fn third_differences(values: &[f64]) -> impl Iterator<Item = f64> {
 const MOST_CORRELATED: f64 = 0.95;
 
 /// Share of values that count as independent, by how far neighbours in a trace agree: `(1 − r) / (1 + r)`, r their correlation, as of
-/// a first-order autoregressive process (Bartlett 1946). What is not finite is left out; nothing is left of none.
+/// a first-order autoregressive process (Bartlett 1946). What is not finite is left out; without neighbours all do.
 pub fn independent_share(traces: &[Vec<f64>]) -> f64 {
     let pairs = || traces.iter().flat_map(|trace| trace.windows(2)).filter(|pair| pair.iter().all(|x| x.is_finite()));
     let products: f64 = pairs().map(|pair| pair[0] * pair[1]).sum();

@@ -37,10 +37,12 @@ const STATED: [Stated; 3] = [
     Stated { name: "bar_length", most_mm: MOST_OF_BARS_MM, of: |spread| &mut spread.bar_length_mm, own: |_| None },
 ];
 
-/// The session with one of its spreads, or all of them, a thousand times as wide, where that is one as it is stated.
+/// The session with some of its spreads a thousand times as wide, where those are such as are stated.
 pub(crate) fn stated_too_small(session: &Session) -> Vec<Suspicion> {
-    let all: Vec<&Stated> = STATED.iter().collect();
-    let groups = STATED.iter().map(|one| vec![one]).chain([all]);
+    let groups = (1..1 << STATED.len()).map(|members: usize| {
+        let is_member = |(k, _): &(usize, &Stated)| members >> k & 1 == 1;
+        STATED.iter().enumerate().filter(is_member).map(|(_, stated)| stated).collect::<Vec<_>>()
+    });
     groups.filter_map(|group| widened(session, &group)).collect()
 }
 
@@ -50,11 +52,15 @@ fn widened(session: &Session, group: &[&Stated]) -> Option<Suspicion> {
     for stated in group {
         let spread_mm = (stated.of)(&mut undone.spread);
         *spread_mm *= TOO_SMALL;
-        if *spread_mm > stated.most_mm {
+        words.push(format!("{}: {} um", stated.name, (1e6 * *spread_mm).round() / 1e3));
+        let mut widest_mm = *spread_mm;
+        for own_mm in undone.tests.iter_mut().filter_map(stated.own) {
+            *own_mm *= TOO_SMALL;
+            widest_mm = widest_mm.max(*own_mm);
+        }
+        if widest_mm > stated.most_mm {
             return None;
         }
-        words.push(format!("{}: {} um", stated.name, (1e6 * *spread_mm).round() / 1e3));
-        undone.tests.iter_mut().filter_map(stated.own).for_each(|own_mm| *own_mm *= TOO_SMALL);
     }
     let words = words.join(", ");
     let says = format!(

@@ -276,6 +276,9 @@ pub(crate) fn stood_off(session: &Session, linearised: &Linearised) -> Vec<Suspi
     list.into_iter().filter_map(|Fitting { axis, tests, shift, .. }| stood_at(session, axis, &tests, shift)).collect()
 }
 
+/// A slide that is off by less from a test on is not told from a ball that slipped, mm: one that is knocked by more comes off its magnet.
+const LEAST_TOUCHED_MM: f64 = 0.1;
+
 /// Slides whose zero was touched off anew during the session: from one of its tests on they are off by what fits best, whether they
 /// stand or move.
 pub(crate) fn touched_off_anew(session: &Session, linearised: &Linearised) -> Vec<Suspicion> {
@@ -286,25 +289,25 @@ pub(crate) fn touched_off_anew(session: &Session, linearised: &Linearised) -> Ve
     let later = slides.flat_map(|axis| (1..order.len()).map(move |first| (axis, order[first..].to_vec())));
     let list =
         fitting(session, linearised, later, |axis, tests, shift| Some(counted_from(session, axis, tests, shift)));
-    let told = |Fitting { axis, tests, shift, .. }: Fitting| {
+    let told = |Fitting { axis, tests, shift: shift_mm, .. }: Fitting| {
         let name = &session.machine.axes[axis].name;
         let first = &session.tests[tests[0]].name;
         let says = format!(
-            "{name} is off by about {:.2} mm from {first} on: its zero was touched off anew during the session; add {shift:.2} to its positions \
-             from there on, or make two sessions of it",
-            -shift
+            "{name} is off by about {:.3} mm from {first} on: its zero was touched off anew during the session; add {shift_mm:.3} to it from there on, \
+             in 'positions' and in its columns, or make two sessions of it",
+            -shift_mm
         );
-        let undone = counted_from(session, axis, &tests, shift);
+        let undone = counted_from(session, axis, &tests, shift_mm);
         let found = Suspicion::new(FaultKind::StandingAxis, SESSION, names(session, &tests), says, undone);
         Suspicion {
             components: vec![name.clone()],
-            detail: Detail::sizes(&[shift], 0.01),
+            detail: Detail::sizes(&[shift_mm], 0.01),
             log_figures: -PARAMETER_COST,
             weight: RARELY,
             ..found
         }
     };
-    list.into_iter().map(told).collect()
+    list.into_iter().filter(|fitting| fitting.shift.abs() > LEAST_TOUCHED_MM).map(told).collect()
 }
 
 /// The session with a slide counted from another zero in some tests, mm: where it stands, and where it moves.
