@@ -5,8 +5,8 @@
 
 use super::candidates::{CandidateFamily, Observations, Refined, none, with_number};
 use super::contract::{
-    DefaultValue, Documented, Driver, Kind, Notable, Parameter, ParameterUnit, Signature, Unseen, no_check,
-    plain_measure, single_function,
+    DefaultValue, Documented, Driver, Kind, NAMED_BAR, Notable, Parameter, ParameterUnit, Signature, Unseen, no_check,
+    plain_measure, read_with_a_bar, single_function,
 };
 use super::showing_test::{ShowingTest, ShownBy};
 use super::{Context, EffectError, Profile};
@@ -47,16 +47,10 @@ pub static BAR_CHANGE: Kind = Kind {
             (-1e9, 1e9),
             "session time of the change, s",
         ),
-        Parameter::number(
-            "bar",
-            ParameterUnit::Plain,
-            DefaultValue::Absent,
-            (0.0, 1e5),
-            "calibrated length of the bar concerned, mm (to 0.5 mm); every bar when not stated",
-        ),
+        NAMED_BAR,
     ],
     check: no_check,
-    outlets: |_, place| if place == Place::Bar { vec![Outlet::Reading] } else { Vec::new() },
+    outlets: read_with_a_bar,
     measure: plain_measure,
     functions: single_function,
     profiles,
@@ -64,10 +58,8 @@ pub static BAR_CHANGE: Kind = Kind {
 
 fn profiles(context: &Context, effect: &Effect) -> Result<Vec<Profile>, EffectError> {
     let time = BAR_CHANGE.number(context, effect, "time");
-    let bar = effect.number("bar");
-    let is_concerned = |test: usize| bar.is_none_or(|bar_mm| context.has_bar(test, bar_mm));
     Ok(vec![context.profile_in(
-        |test| context.ends_at_s(test) >= time && is_concerned(test),
+        |test| context.ends_at_s(test) >= time && context.has_named_bar(test, effect),
         |test, row| f64::from(u8::from(context.session_time_s(test, row) >= time)),
     )])
 }

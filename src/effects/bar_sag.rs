@@ -8,8 +8,7 @@
 use super::candidates::{CandidateFamily, Observations, none, with_number};
 use super::context::Profile;
 use super::contract::{
-    DefaultValue, Documented, Driver, Kind, Notable, Parameter, ParameterUnit, Signature, Unseen, no_check,
-    plain_measure,
+    Documented, Driver, Kind, NAMED_BAR, Notable, Signature, Unseen, no_check, plain_measure, read_with_a_bar,
 };
 use super::showing_test::{ShowingTest, ShownBy};
 use super::{Context, EffectError};
@@ -45,15 +44,9 @@ pub static BAR_SAG: Kind = Kind {
         parameters: "`bar`",
         unit: "um",
     },
-    parameters: &[Parameter::number(
-        "bar",
-        ParameterUnit::Plain,
-        DefaultValue::Absent,
-        (0.0, 1e5),
-        "calibrated length of the bar concerned, mm (to 0.5 mm); every bar when not stated",
-    )],
+    parameters: &[NAMED_BAR],
     check: no_check,
-    outlets: |_, place| if place == Place::Bar { vec![Outlet::Reading] } else { Vec::new() },
+    outlets: read_with_a_bar,
     measure: plain_measure,
     functions: |_| vec![BENDS.into(), HANGS.into()],
     profiles,
@@ -64,11 +57,9 @@ const BENDS: &str = "bends";
 const HANGS: &str = "hangs";
 
 fn profiles(context: &Context, effect: &Effect) -> Result<Vec<Profile>, EffectError> {
-    let bar = effect.number("bar");
-    let concerned = |test: usize| bar.is_none_or(|bar| context.has_bar(test, bar));
     let sines = context.bar_sines();
     let of = |value: fn(f64) -> f64| {
-        context.profile(|test, row| if concerned(test) { value(sines[test][row]) } else { 0.0 })
+        context.profile(|test, row| if context.has_named_bar(test, effect) { value(sines[test][row]) } else { 0.0 })
     };
     Ok(vec![of(|sine| -sine * sine), of(|sine| sine)])
 }

@@ -5,7 +5,7 @@ use std::sync::OnceLock;
 use nalgebra::Vector3;
 
 use crate::chain::{Chain, Geometry, sines_and_cosines};
-use crate::machine::{AxisKind, Machine, Place};
+use crate::machine::{AxisKind, Effect, Machine, Place};
 use crate::session::{APPROACHED_OVER, Clock, Motion, MotionError, RunEnd, Session, Test, beyond, marked};
 
 /// Values of one function: by test in the order of the session file, then by row.
@@ -94,6 +94,11 @@ impl<'a> Context<'a> {
     /// Whether a test is made with the bar of this calibrated length, mm.
     pub fn has_bar(&self, test: usize, bar_mm: f64) -> bool {
         self.session.tests[test].bar_length_mm.is_some_and(|length_mm| (length_mm - bar_mm).abs() < SAME_BAR_MM)
+    }
+
+    /// Whether a test has the bar that an effect names; any has where it names none.
+    pub fn has_named_bar(&self, test: usize, effect: &Effect) -> bool {
+        effect.number("bar").is_none_or(|bar_mm| self.has_bar(test, bar_mm))
     }
 
     /// Tests by time.

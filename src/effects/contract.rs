@@ -366,6 +366,20 @@ pub(super) fn single_function(_effect: &Effect) -> Vec<String> {
     vec![String::new()]
 }
 
+/// The reading of a bar.
+pub(super) fn read_with_a_bar(_: &Machine, place: Place) -> Vec<Outlet> {
+    if place == Place::Bar { vec![Outlet::Reading] } else { Vec::new() }
+}
+
+/// The bar that an effect names.
+pub(super) const NAMED_BAR: Parameter = Parameter::number(
+    "bar",
+    ParameterUnit::Plain,
+    DefaultValue::Absent,
+    (0.0, 1e5),
+    "calibrated length of the bar concerned, mm (to 0.5 mm); every bar when not stated",
+);
+
 /// Every component of an axis, for effects that any axis may have.
 pub(super) fn of_any_axis(machine: &Machine, place: Place) -> Vec<Outlet> {
     match place {

@@ -13,8 +13,8 @@ use super::candidates::{
 use super::channel::warming;
 use super::context::Profile;
 use super::contract::{
-    DefaultValue, Documented, Driver, Kind, Notable, Parameter, ParameterUnit, Signature, Unseen, list, no_check,
-    of_any_axis, word,
+    DefaultValue, Documented, Driver, Kind, NAMED_BAR, Notable, Parameter, ParameterUnit, Signature, Unseen, list,
+    no_check, of_any_axis, read_with_a_bar, word,
 };
 use super::friction_heat::{Source, friction_heat};
 use super::showing_test::{ShowingTest, ShownBy};
@@ -160,13 +160,7 @@ pub static BAR_LENGTH: Kind = Kind {
         START,
         CHANNEL,
         LAG,
-        Parameter::number(
-            "bar",
-            ParameterUnit::Plain,
-            DefaultValue::Absent,
-            (0.0, 1e5),
-            "calibrated length of the bar concerned, mm (to 0.5 mm); every bar when not stated",
-        ),
+        NAMED_BAR,
         Parameter::word(
             "growing",
             &["alike", "by-length"],
@@ -175,7 +169,7 @@ pub static BAR_LENGTH: Kind = Kind {
         ),
     ],
     check: no_check,
-    outlets: |_, place| if place == Place::Bar { vec![Outlet::Reading] } else { Vec::new() },
+    outlets: read_with_a_bar,
     measure,
     functions: |effect| {
         let growing = growth_functions(effect);
@@ -289,11 +283,9 @@ fn bar_profiles(context: &Context, effect: &Effect) -> Result<Vec<Profile>, Effe
         }
     }
     profiles.insert(0, context.profile(|_, _| 1.0));
-    if let Some(bar) = effect.number("bar") {
-        for profile in &mut profiles {
-            let others = profile.iter_mut().enumerate().filter(|(test, _)| !context.has_bar(*test, bar));
-            others.for_each(|(_, rows)| rows.fill(0.0));
-        }
+    for profile in &mut profiles {
+        let others = profile.iter_mut().enumerate().filter(|(test, _)| !context.has_named_bar(*test, effect));
+        others.for_each(|(_, rows)| rows.fill(0.0));
     }
     Ok(profiles)
 }

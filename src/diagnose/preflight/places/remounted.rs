@@ -23,22 +23,22 @@ pub(crate) fn mounted_anew(session: &Session, one_way: &[Vec<usize>]) -> Vec<Sus
         (0..session.tests.len()).map(|test| repeats(session, test).first().copied().unwrap_or(test)).collect();
     for end in [End::Pivot, End::Spindle] {
         let ball = end.words();
+        let mut add = |tests: &[usize], says: &str, way: &'static str, group: &dyn Fn(usize) -> usize| {
+            let guesses = spreads.map(|spread| remounted(session, end, (tests, says, way), spread, group));
+            list.extend(guesses.into_iter().flatten());
+        };
         // the runs that rise: of those that fall the others are the ones mounted anew
         if let Some(tests) = one_way.first() {
             let says = format!(
                 "the {ball} stood elsewhere in {}: it was mounted anew between the runs one way and back; state 'setup: second' of it there",
                 listed(&names(session, tests))
             );
-            let group = |test: usize| usize::from(tests.contains(&test));
-            let guesses = spreads.map(|spread| remounted(session, end, (tests, &says, "one way"), spread, group));
-            list.extend(guesses.into_iter().flatten());
+            add(tests, &says, "one way", &|test| usize::from(tests.contains(&test)));
         }
         let says = format!(
             "the {ball} stood elsewhere in every program: it was mounted anew for each; state a 'setup' of its own of it in each program"
         );
-        let group = |test: usize| firsts[test];
-        let guesses = spreads.map(|spread| remounted(session, end, (&[], &says, "every program"), spread, group));
-        list.extend(guesses.into_iter().flatten());
+        add(&[], &says, "every program", &|test| firsts[test]);
         if (0..firsts.len()).all(|test| firsts[test] == test) {
             continue;
         }
@@ -51,8 +51,7 @@ pub(crate) fn mounted_anew(session: &Session, one_way: &[Vec<usize>]) -> Vec<Sus
         let says = format!(
             "the {ball} stood elsewhere in every run: {turned}; record the runs anew, or state a 'setup' of its own of it in each"
         );
-        let guesses = spreads.map(|spread| remounted(session, end, (&[], &says, "every run"), spread, |test| test));
-        list.extend(guesses.into_iter().flatten());
+        add(&[], &says, "every run", &|test| test);
     }
     list
 }

@@ -11,7 +11,7 @@ use crate::diagnose::preflight::suspicion::{Detail, RARELY, Suspicion};
 use crate::diagnose::selection::shapes::judged_shape::PARAMETER_COST;
 use crate::machine::AxisKind;
 use crate::session::{Motion, Session, Test};
-use crate::statistics::least_along;
+use crate::statistics::{Fitted, least_along};
 
 /// Steps in which shifts of a standing axis are tried first, mm and deg.
 const GRID_MM: f64 = 5.0;
@@ -199,9 +199,9 @@ pub(crate) fn slides_off(session: &Session, linearised: &Linearised, groups: &[V
     let machine = &session.machine;
     let linear = machine.axes_of(AxisKind::Linear);
     let of = |axis: usize, tests: &Vec<usize>| {
-        let beside = column_off(session, axis, tests, SMALL_MM)?;
-        let along = linearised.fitted(&[linearised.figure_of(&beside.undone, tests, SMALL_MM)?])?[0].value;
-        let shift = by_secants(linearised, tests, along, |shift| Some(column_off(session, axis, tests, shift)?.undone));
+        let off = |shift: f64| Some(column_off(session, axis, tests, shift)?.undone);
+        let along = along(linearised, tests, SMALL_MM, off)?.value;
+        let shift = by_secants(linearised, tests, along, off);
         let off = column_off(session, axis, tests, shift).filter(|_| shift.abs() > LEAST_MM)?;
         Some(Suspicion { log_figures: -PARAMETER_COST, is_found: false, ..off })
     };
@@ -236,8 +236,7 @@ fn fitting(
             AxisKind::Linear => (SMALL_MM, LEAST_MM),
             AxisKind::Rotary => (SMALL_RAD, LEAST_RAD),
         };
-        let figure = linearised.figure_of(&off(axis, &tests, small)?, &tests, small)?;
-        let size = *linearised.fitted(&[figure])?.first()?;
+        let size = along(linearised, &tests, small, |shift| off(axis, &tests, shift))?;
         (size.value.abs() > least).then(|| Fitting {
             axis,
             tests,
@@ -257,11 +256,15 @@ fn fitting(
 /// Times that a figure is fitted along its own secant, so that what its square does counts as well.
 const SECANTS: usize = 2;
 
+/// A figure of an axis that is `off`, as it fits best along what so much of it does.
+fn along(linearised: &Linearised, tests: &[usize], by: f64, off: impl Fn(f64) -> Option<Session>) -> Option<Fitted> {
+    linearised.fitted(&[linearised.figure_of(&off(by)?, tests, by)?])?.first().copied()
+}
+
 /// A figure that was fitted along its tangent, as it fits best along the way that it goes.
 fn by_secants(linearised: &Linearised, tests: &[usize], mut shift: f64, off: impl Fn(f64) -> Option<Session>) -> f64 {
     for _ in 0..SECANTS {
-        let along = off(shift).and_then(|off| linearised.figure_of(&off, tests, shift));
-        let fitted = along.and_then(|figure| linearised.fitted(&[figure])?.first().map(|size| size.value));
+        let fitted = along(linearised, tests, shift, &off).map(|size| size.value);
         shift = fitted.filter(|fitted| fitted.is_finite() && *fitted != 0.0).unwrap_or(shift);
     }
     shift
@@ -316,12 +319,8 @@ fn counted_from(session: &Session, axis: usize, tests: &[usize], shift_mm: f64) 
     for &test in tests {
         let test = &mut undone.tests[test];
         test.positions[axis] = test.positions[axis].map(|at| at + shift_mm);
-        let recording = test.recording.as_mut();
-        let column = recording.and_then(|recording| {
-            let column = recording.column_of(axis)?;
-            recording.positions.get_mut(column)
-        });
-        column.into_iter().flatten().for_each(|q| *q += shift_mm);
+        // where it stands there is no column
+        let _ = move_column(test, axis, shift_mm);
     }
     undone
 }
@@ -330,9 +329,7 @@ fn counted_from(session: &Session, axis: usize, tests: &[usize], shift_mm: f64) 
 pub(crate) fn column_off(session: &Session, axis: usize, tests: &[usize], shift: f64) -> Option<Suspicion> {
     let mut undone = session.clone();
     for &test in tests {
-        let recording = undone.tests[test].recording.as_mut()?;
-        let column = recording.column_of(axis)?;
-        recording.positions[column].iter_mut().for_each(|q| *q += shift);
+        move_column(&mut undone.tests[test], axis, shift)?;
     }
     let (name, kind) = (&session.machine.axes[axis].name, session.machine.axes[axis].kind);
     let says = format!(
@@ -347,6 +344,14 @@ pub(crate) fn column_off(session: &Session, axis: usize, tests: &[usize], shift:
     found.detail = Detail::sizes(&[kind.to_file_unit(shift)], 0.01);
     (found.weight, found.is_found) = (RARELY, true);
     Some(found)
+}
+
+/// Moves the column of an axis in what was recorded of a test, rad or mm; `None` where it has none.
+fn move_column(test: &mut Test, axis: usize, shift: f64) -> Option<()> {
+    let recording = test.recording.as_mut()?;
+    let column = recording.column_of(axis)?;
+    recording.positions[column].iter_mut().for_each(|q| *q += shift);
+    Some(())
 }
 
 /// A position as files write it: radians and back cost the last digits.
