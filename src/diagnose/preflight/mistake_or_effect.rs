@@ -14,6 +14,7 @@ use crate::diagnose::model::decimate::{few_rows, to_means};
 use crate::diagnose::model::linear_model::LinearModel;
 use crate::diagnose::model::prior_penalty::fitted_anyway;
 use crate::diagnose::model::regression::Regression;
+use crate::diagnose::selection::joint_fit::LEFT_OUT;
 use crate::diagnose::selection::naming::cause;
 use crate::diagnose::selection::search::{floors, search, search_from};
 use crate::diagnose::selection::selected::{Search, SelectedEffect};
@@ -24,10 +25,6 @@ use crate::identify::{self, FitError, Options, Problem, squareness_within};
 use crate::session::{Session, Setups};
 use crate::statistics::{NoiseModel, log_determinant, probability_of};
 use nalgebra::{Cholesky, DMatrix};
-
-/// Log likelihood of a reading that a fit leaves out as gross, less the constant of normal densities in mm: one in two hundred
-/// is, and then it lies anywhere within a millimetre (−5.3 + 0.9).
-const LEFT_OUT: f64 = -4.4;
 
 /// Probability of all mistakes together from which one is the verdict.
 const LEAST_OF_VERDICT: f64 = 1.0 / 3.0;
@@ -235,11 +232,14 @@ struct Explanations {
 }
 
 impl Explanations {
-    /// The one that says more.
+    /// The one that says more, with the cause that a search alone tells.
     fn best(self) -> Explained {
-        match self.beside {
-            Some(beside) if beside.standing > self.alone.standing => beside,
-            _ => self.alone,
+        let Explanations { alone, beside } = self;
+        match beside {
+            Some(beside) if beside.standing > alone.standing => {
+                Explained { cause: alone.cause.or(beside.cause), ..beside }
+            }
+            _ => alone,
         }
     }
 }

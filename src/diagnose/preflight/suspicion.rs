@@ -4,7 +4,7 @@ use super::data_fault::{DataFault, Rival};
 use crate::diagnose::fault_kind::FaultKind;
 use crate::diagnose::selection::shapes::judged_shape::PARAMETER_COST;
 use crate::session::Session;
-use std::collections::{HashMap, HashSet};
+use std::collections::{BTreeMap, HashSet};
 
 /// A way in which the files may be wrong.
 #[derive(Clone)]
@@ -142,7 +142,7 @@ pub(crate) const RARELY: f64 = 0.3;
 
 /// How many mistakes were tried of each kind: places of one kind share what it is worth, figures cost for themselves.
 pub(crate) struct Tried {
-    kinds: HashMap<FaultKind, Kind>,
+    kinds: BTreeMap<FaultKind, Kind>,
 }
 
 /// A kind of mistake: how usual it is, and the columns and tests that it was tried on.
@@ -158,7 +158,7 @@ type ColumnsAndTests = (Vec<String>, Vec<String>);
 impl Tried {
     /// Of all that are tried.
     pub(crate) fn of(suspicions: &[Suspicion]) -> Tried {
-        let mut kinds: HashMap<FaultKind, Kind> = HashMap::new();
+        let mut kinds: BTreeMap<FaultKind, Kind> = BTreeMap::new();
         for one in suspicions {
             let kind = kinds.entry(one.kind).or_default();
             kind.weight = kind.weight.max(one.weight);

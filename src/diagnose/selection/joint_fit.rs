@@ -5,6 +5,7 @@ use super::selected::{Candidate, Search, SelectedEffect, SelectionContext, Step}
 use crate::diagnose::model::linear_model::LinearModel;
 use crate::diagnose::model::regression::{Accepted, Regression};
 use crate::diagnose::noise::noise_floor::{likely_noise, masked};
+use crate::identify;
 use crate::statistics::{NoiseModel, misfit};
 
 impl JointFit {
@@ -100,18 +101,32 @@ impl JointFit {
     }
 }
 
+/// Log likelihood of a reading that counts as gross, less the constant of normal densities in mm: one in two hundred is, and then it
+/// lies anywhere within a millimetre (−5.3 + 0.9).
+pub(crate) const LEFT_OUT: f64 = -4.4;
+
 /// Factors of two by which the noise of a test may differ from that of the others; one of them is a standard deviation.
 const LOUDER_OCTAVES: [f64; 8] = [-3.0, -2.0, -1.0, 0.0, 1.0, 2.0, 3.0, 4.0];
 
 impl Search {
     /// Log likelihood of what it leaves, less what shapes and amplitudes cost; the noise of each test may be louder or quieter
-    /// than what was fitted to all.
+    /// than what was fitted to all, and readings that lie far from the others count as left out where that is likelier.
     pub(crate) fn standing(&self, model: &LinearModel) -> f64 {
         let cost: f64 = self.found.iter().map(|found| found.gain - found.log_odds).sum();
+        let near = identify::kept_rows(model.problem, &self.residual_mm);
         let of_test = |test: usize| {
-            let trace = [masked(model, &self.residual_mm, test)];
-            let at = |octaves: &f64| misfit(&self.noise_after[test].scaled(octaves.exp2()), &trace) + octaves * octaves;
-            LOUDER_OCTAVES.iter().map(at).fold(f64::INFINITY, f64::min)
+            let of_rows = |trace: Vec<f64>| {
+                let trace = [trace];
+                let at =
+                    |octaves: &f64| misfit(&self.noise_after[test].scaled(octaves.exp2()), &trace) + octaves * octaves;
+                LOUDER_OCTAVES.iter().map(at).fold(f64::INFINITY, f64::min)
+            };
+            let all = masked(model, &self.residual_mm, test);
+            let near: Vec<f64> =
+                all.iter().zip(&near[test]).map(|(r, near)| if *near { *r } else { f64::NAN }).collect();
+            let far = all.iter().zip(&near).filter(|(all, near)| all.is_finite() && !near.is_finite()).count();
+            let without_far = if far > 0 { of_rows(near) - 2.0 * LEFT_OUT * far as f64 } else { f64::INFINITY };
+            of_rows(all).min(without_far)
         };
         let readings: f64 = (0..self.residual_mm.len()).map(of_test).sum();
         -0.5 * (readings + self.stated_misfit) - cost

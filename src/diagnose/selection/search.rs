@@ -57,7 +57,8 @@ pub fn search_unless(
     })
 }
 
-/// Searches a session beside effects that were found in other readings of it, with shapes as they were found there.
+/// Searches a session beside effects that were found in other readings of it, with shapes as they were found there. They stay
+/// where they are likelier than not, however little each of them adds.
 pub(crate) fn search_from(
     resolutions: &Resolutions,
     floors: &Floors,
@@ -73,7 +74,9 @@ pub(crate) fn search_from(
         let found = found.iter().cloned().filter_map(here);
         let mut trial = JointFit::of(selection, found, &selection.floors[0]);
         selection.grow(&mut trial, None);
-        selection.replace(joint, trial, 0.0);
+        if trial.standing(selection) > joint.standing(selection) {
+            *joint = trial;
+        }
     })
 }
 
