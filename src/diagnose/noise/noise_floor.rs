@@ -49,7 +49,12 @@ pub fn noise_left_mm(model: &LinearModel, residual_mm: &[Vec<f64>]) -> f64 {
 
 /// Residual of a test, NaN where a row takes no part.
 pub fn masked(model: &LinearModel, residual_mm: &[Vec<f64>], test: usize) -> Vec<f64> {
-    residual_mm[test].iter().zip(&model.kept[test]).map(|(r, kept)| if *kept { *r } else { f64::NAN }).collect()
+    only_kept(&residual_mm[test], &model.kept[test])
+}
+
+/// Values of the rows that are kept, NaN in the others.
+pub(crate) fn only_kept(values: &[f64], kept: &[bool]) -> Vec<f64> {
+    values.iter().zip(kept).map(|(value, kept)| if *kept { *value } else { f64::NAN }).collect()
 }
 
 /// Traces from which noise is learnt, the quietest first.

@@ -4,7 +4,7 @@ pub(crate) use super::selected::JointFit;
 use super::selected::{Candidate, Search, SelectedEffect, SelectionContext, Step};
 use crate::diagnose::model::linear_model::LinearModel;
 use crate::diagnose::model::regression::{Accepted, Regression};
-use crate::diagnose::noise::noise_floor::{likely_noise, masked};
+use crate::diagnose::noise::noise_floor::{likely_noise, masked, only_kept};
 use crate::identify;
 use crate::statistics::{NoiseModel, misfit};
 
@@ -108,6 +108,18 @@ pub(crate) const LEFT_OUT: f64 = -4.4;
 /// Factors of two by which the noise of a test may differ from that of the others; one of them is a standard deviation.
 const LOUDER_OCTAVES: [f64; 8] = [-3.0, -2.0, -1.0, 0.0, 1.0, 2.0, 3.0, 4.0];
 
+/// −2 log likelihood of a test's residuals where its noise is so many times louder or quieter as is likeliest, with what that costs.
+fn misfit_at_any_loudness(noise: &NoiseModel, trace: Vec<f64>) -> f64 {
+    let trace = [trace];
+    let at = |octaves: &f64| misfit(&noise.scaled(octaves.exp2()), &trace) + octaves * octaves;
+    LOUDER_OCTAVES.iter().map(at).fold(f64::INFINITY, f64::min)
+}
+
+/// How many rows have a value.
+fn rows_with_a_value(trace: &[f64]) -> usize {
+    trace.iter().filter(|value| value.is_finite()).count()
+}
+
 impl Search {
     /// Log likelihood of what it leaves, less what shapes and amplitudes cost; the noise of each test may be louder or quieter
     /// than what was fitted to all, and readings that lie far from the others count as left out where that is likelier.
@@ -115,18 +127,12 @@ impl Search {
         let cost: f64 = self.found.iter().map(|found| found.gain - found.log_odds).sum();
         let near = identify::kept_rows(model.problem, &self.residual_mm);
         let of_test = |test: usize| {
-            let of_rows = |trace: Vec<f64>| {
-                let trace = [trace];
-                let at =
-                    |octaves: &f64| misfit(&self.noise_after[test].scaled(octaves.exp2()), &trace) + octaves * octaves;
-                LOUDER_OCTAVES.iter().map(at).fold(f64::INFINITY, f64::min)
-            };
             let all = masked(model, &self.residual_mm, test);
-            let near: Vec<f64> =
-                all.iter().zip(&near[test]).map(|(r, near)| if *near { *r } else { f64::NAN }).collect();
-            let far = all.iter().zip(&near).filter(|(all, near)| all.is_finite() && !near.is_finite()).count();
-            let without_far = if far > 0 { of_rows(near) - 2.0 * LEFT_OUT * far as f64 } else { f64::INFINITY };
-            of_rows(all).min(without_far)
+            let without_far = only_kept(&all, &near[test]);
+            let far = rows_with_a_value(&all) - rows_with_a_value(&without_far);
+            let misfit_of = |trace: Vec<f64>| misfit_at_any_loudness(&self.noise_after[test], trace);
+            let least = if far > 0 { misfit_of(without_far) - 2.0 * LEFT_OUT * far as f64 } else { f64::INFINITY };
+            least.min(misfit_of(all))
         };
         let readings: f64 = (0..self.residual_mm.len()).map(of_test).sum();
         -0.5 * (readings + self.stated_misfit) - cost
